@@ -1,0 +1,251 @@
+"""Robots: presets, routings, changed copies, robot files, and every bad input by name."""
+
+import copy
+import pickle
+from math import pi
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tendonrod.errors import InvalidInput, NotConverged, vector, within
+from tendonrod.robot import Robot, load_robot, preset_names
+from tendonrod.section import NotchedTube, PlainRod
+from tendonrod.tendon import Tendon
+
+TUBE = """name = "mine"
+[tube]
+inner_radius_mm = 0.457
+outer_radius_mm = 0.572
+length_mm = 75.4
+[notches]
+width_mm = 0.4
+spacing_mm = 0.2
+uncut_angle_deg = 90
+turns = 1
+[material]
+youngs_modulus_gpa = 75
+shear_modulus_gpa = 25
+density_kg_m3 = 6255
+torsion = "published"
+[[tendons]]
+radius_mm = 0.05
+routing = "opposite_backbone"
+"""
+PRESET = load_robot("exonav-1")
+ROD = """name = "rod"
+[rod]
+length_mm = 500
+radius_mm = 1
+precurvature_per_m = [0, 1.5, 0]
+[material]
+youngs_modulus_gpa = 200
+shear_modulus_gpa = 80
+density_kg_m3 = 8000
+[[tendons]]
+routing = "constant"
+x_mm = 15.06
+y_mm = 0
+[[tendons]]
+routing = "helical"
+offset_mm = 15.06
+angle_deg = 90
+turns = 1
+end_mm = 250
+"""
+
+
+@pytest.fixture
+def robot_file(tmp_path):
+    def write(text: str | bytes) -> Path:
+        path = tmp_path / "mine.toml"
+        path.write_bytes(text if isinstance(text, bytes) else text.encode())
+        return path
+
+    return write
+
+
+def test_presets_are_the_four_prototypes_with_sources():
+    assert preset_names() == ["exonav-1", "exonav-2", "exonav-3", "exonav-4"]
+    for name in preset_names():
+        robot = load_robot(name)
+        assert robot.name == name
+        assert isinstance(robot.body, NotchedTube)
+        assert robot.body.torsion == "published"
+        assert len(robot.sources) == 17
+        assert all(robot.sources.values())
+
+
+def test_a_users_file_gives_the_preset(robot_file):
+    mine, preset = load_robot(robot_file(TUBE)), load_robot("exonav-1")
+    for name, value in mine.parameters().items():
+        assert preset.parameters()[name] == value
+    np.testing.assert_array_equal(mine.routing, preset.routing)
+
+
+def test_numbers_of_a_file_are_the_decimal_numbers_in_si(robot_file):
+    parameters = load_robot(robot_file(TUBE)).parameters()
+    assert (parameters["outer_radius"], parameters["length"]) == (0.572e-3, 0.0754)
+    assert (parameters["youngs_modulus"], parameters["uncut_angle"]) == (75e9, pi / 2)
+
+
+def test_a_plain_rod_from_file(robot_file):
+    robot = load_robot(robot_file(ROD))
+    assert (robot.n_tendons, robot.length_na, robot.turns) == (2, 0.5, 0.0)
+    np.testing.assert_array_equal(robot.section.u_star, [0.0, 1.5, 0.0])
+    expected = [[0.01506, 0, 0, 0, 0, 0.5], [0, 0, 0.01506, pi / 2, 4 * pi, 0.25]]
+    np.testing.assert_allclose(robot.routing, expected, rtol=1e-15)
+
+
+def test_tendon_positions():
+    robot = load_robot("exonav-1")
+    tube, tendon = robot.body, robot.tendons[0]
+    assert isinstance(tube, NotchedTube)
+    x = robot.section.r_na + tube.inner_radius - tendon.radius
+    np.testing.assert_allclose(robot.tendon_position(0, [0.0, 0.03]), [[x, 0, 0], [x, 0, 0]], rtol=1e-15)
+    helix = robot.replace(tendons=(Tendon.helical(offset=1e-3, angle=0.0, turns=0.25),))
+    np.testing.assert_allclose(helix.tendon_position(0, helix.length_na), [[0, 1e-3, 0]], atol=1e-18)
+
+
+def test_routing_is_read_only_and_may_be_empty():
+    robot = load_robot("exonav-1").replace(tendons=())
+    assert robot.routing.shape == (0, 6)
+    with pytest.raises(ValueError, match="read-only"):
+        load_robot("exonav-1").routing[0, 0] = 1.0
+
+
+@pytest.mark.parametrize("name", ["exonav-1", "exonav-4"])
+def test_replace_with_its_own_parameters_changes_nothing(name):
+    robot = load_robot(name)
+    assert robot.replace(**robot.parameters()) == robot
+
+
+def test_replace_of_a_rod_and_its_precurvature(robot_file):
+    rod = load_robot(robot_file(ROD))
+    assert rod.replace(**rod.parameters()) == rod
+    assert rod.replace(precurvature_z=2.0) == rod.replace(precurvature=(0.0, 1.5, 2.0))
+
+
+@given(st.floats(1e-3, 1e3), st.floats(0.05, 6.2), st.floats(-5, 5))
+def test_replace_round_trip(modulus, psi, turns):
+    robot = PRESET
+    changed = robot.replace(youngs_modulus=modulus * 1e9, uncut_angle=psi, turns=turns)
+    assert changed.parameters()["uncut_angle"] == psi
+    assert changed.replace(**robot.parameters()) == robot
+
+
+def test_replace_drops_the_sources_of_what_it_changes():
+    changed = load_robot("exonav-1").replace(length=0.07, tendon_radius=4e-5)
+    gone = load_robot("exonav-1").sources.keys() - changed.sources.keys()
+    assert gone == {"tube.length_mm", "tendons[0].radius_mm"}
+
+
+def test_replace_refuses_unknown_names_and_lists_the_valid():
+    with pytest.raises(InvalidInput, match="lenght = 1: must be called by one of the names name, tendons, "):
+        load_robot("exonav-1").replace(lenght=1)
+    with pytest.raises(InvalidInput, match="radius = 1"):
+        load_robot("exonav-1").replace(radius=1)
+
+
+def test_factors_can_be_replaced_one_by_one_and_all_are_needed(robot_file):
+    robot = load_robot("exonav-1").replace(torsion="homogenized", bending_x_factor=2.0)
+    assert robot.section.Kbt[0] == pytest.approx(2.0 * 75e9 * robot.section.I_x)
+    with pytest.raises(InvalidInput, match="bending_x_factor = missing"):
+        load_robot(robot_file(TUBE)).replace(axial_factor=1.0)
+
+
+def test_robots_travel_between_processes():
+    robot = load_robot("exonav-2")
+    for twin in (pickle.loads(pickle.dumps(robot)), copy.deepcopy(robot)):
+        assert twin == robot
+        assert twin.sources == robot.sources
+        assert hash(twin) == hash(robot)
+        assert not twin.section.Kbt.flags.writeable
+
+
+def test_tendons_that_do_not_fit_are_refused():
+    robot = load_robot("exonav-1")
+    rod = PlainRod(length=0.1, radius=1e-3, youngs_modulus=1e9, shear_modulus=1e9, density=1.0)
+    with pytest.raises(InvalidInput, match=r"tendons\[0\].radius = 0.001: must be < inner_radius = 0.000457"):
+        robot.replace(tendon_radius=1e-3)
+    with pytest.raises(InvalidInput, match=r"tendons\[0\].end = 0.2: must be > 0 and <= L_na = 0.0754"):
+        robot.replace(tendons=(Tendon.constant(x=0.0, y=0.0, end=0.2),))
+    with pytest.raises(InvalidInput, match=r"tendons\[0\].routing .* in a plain rod"):
+        Robot(name="rod", body=rod, tendons=(Tendon.opposite_backbone(radius=1e-4),))
+    with pytest.raises(InvalidInput, match="x = nan: must be a finite number"):
+        Tendon.constant(x=float("nan"), y=0.0)
+
+
+BAD_FILES = [
+    ("", "mine.toml = empty: must be a robot: name, then [tube]"),
+    ("# only a comment", "mine.toml = empty: must be a robot"),
+    ("name = 'x'", "mine.toml: body = neither [tube] nor [rod]: must be a robot"),
+    (TUBE.replace("75.4", "= 3"), "mine.toml, line 5 = length_mm = = 3: must be valid TOML (Invalid value, column 13)"),
+    (TUBE.replace("[notches]", "[notches"), "mine.toml, line 6 = [notches: must be valid TOML"),
+    (TUBE.replace("0.572", "0.4"), "mine.toml: tube.outer_radius_mm = 0.4: must be > inner_radius_mm = 0.457"),
+    (TUBE.replace("0.572", "nan"), "mine.toml: tube.outer_radius_mm = nan: must be a finite number"),
+    (TUBE.replace("0.572", "inf"), "mine.toml: tube.outer_radius_mm = inf: must be a finite number"),
+    (TUBE.replace("0.572", "true"), "mine.toml: tube.outer_radius_mm = True: must be a finite number"),
+    (TUBE.replace("0.572", "'1'"), "mine.toml: tube.outer_radius_mm = '1': must be a finite number"),
+    (TUBE.replace("75.4", "0"), "mine.toml: tube.length_mm = 0.0: must be > 0"),
+    (TUBE.replace("75.4", "-3"), "mine.toml: tube.length_mm = -3.0: must be > 0"),
+    (TUBE.replace("75.4", "1" + "0" * 400), "mine.toml: tube.length_mm = 1000"),
+    (TUBE.replace("deg = 90", "deg = 360"), "mine.toml: notches.uncut_angle_deg = 360.0: must be inside (0, 2 pi) rad"),
+    (TUBE.replace("length_mm", "lenght_mm"), "mine.toml: tube.lenght_mm = 75.4: must be one of the keys of [tube]: "),
+    (TUBE.replace("length_mm = 75.4", ""), "mine.toml: tube.length_mm = missing: must be given"),
+    (TUBE.replace('"published"', '"soft"'), "mine.toml: material.torsion = 'soft': must be one of published, open"),
+    (TUBE.replace('"published"', '"homogenized"'), "mine.toml: material.stiffness_factors = missing: must be given"),
+    (TUBE + "end_mm = 80", "mine.toml: tendons[0].end_mm = 80.0: must be > 0 and <= L_na = 0.0754"),
+    (TUBE.replace("0.05", "0.5"), "mine.toml: tendons[0].radius_mm = 0.5: must be < inner_radius_mm = 0.457"),
+    (TUBE.replace("opposite_backbone", "loose"), "mine.toml: tendons[0].routing = 'loose': must be one of opposite_"),
+    (TUBE.replace("opposite_backbone", "constant"), "mine.toml: tendons[0].x_mm = missing: must be a finite number"),
+    (TUBE.replace("[[tendons]]", "[tendons]"), "mine.toml: tendons = {"),
+    (TUBE + "[sources]\n'tube.depth_mm' = 'x'", "mine.toml: sources.tube.depth_mm = 'x': must be under a key"),
+    (TUBE.replace('"mine"', '" "'), "mine.toml: name = ' ': must be a text that is not empty"),
+    (ROD.replace("radius_mm = 1\n", "area_mm2 = 1\n"), "mine.toml: rod.ix_mm4 = missing: must be a finite number > 0"),
+    (ROD.replace("radius_mm = 1\n", "radius_mm = 1\nj_mm4 = 1\n"), "mine.toml: rod.j_mm4 = 1.0: must be left out"),
+    (ROD.replace("[0, 1.5, 0]", "[0, 1]"), "mine.toml: rod.precurvature_per_m = [0, 1]: must be a list of 3 finite"),
+    (ROD.replace("[material]", "[material]\ntorsion='published'"), "mine.toml: material.torsion = 'published': must"),
+    (ROD.replace('"constant"', '"opposite_backbone"'), "mine.toml: tendons[0].radius_mm = missing: must be > 0"),
+    (ROD + "[tube]", "mine.toml: body = [tube] and [rod]: must be a robot"),
+    (b"\xff\xfe", "robot file = "),
+]
+
+
+@pytest.mark.parametrize(("text", "message"), BAD_FILES)
+def test_bad_robot_files_are_refused_in_one_line(robot_file, text, message):
+    path = robot_file(text)
+    with pytest.raises(InvalidInput) as caught:
+        load_robot(path)
+    shown = str(caught.value).replace(str(path), "mine.toml")
+    assert shown.startswith(message)
+    assert "\n" not in shown
+
+
+@pytest.mark.parametrize("name", ["exonav-9", "no/such.toml", "nope.toml", "", "a\0b", 3, None])
+def test_what_is_no_robot_lists_the_presets(name):
+    with pytest.raises(InvalidInput, match="exonav-1, exonav-2, exonav-3, exonav-4"):
+        load_robot(name)
+
+
+def test_a_byte_order_mark_is_no_error(robot_file):
+    assert load_robot(robot_file(b"\xef\xbb\xbf" + TUBE.encode())).name == "mine"
+
+
+def test_checks_of_numbers():
+    np.testing.assert_array_equal(vector("gravity", [0, 1, np.float64(2)], 3), [0.0, 1.0, 2.0])
+    assert within("insertion", np.int64(1), 0.0, 1.0) == 1.0
+    with pytest.raises(InvalidInput, match=r"gravity = \[0, 1\]: must be a vector of 3 finite numbers"):
+        vector("gravity", [0, 1], 3)
+    for bad in (1.5, float("nan"), True, "1", None):
+        with pytest.raises(InvalidInput, match=r"insertion = .*: must be from 0 to 1"):
+            within("insertion", bad, 0.0, 1.0)
+
+
+def test_errors_travel_between_processes():
+    error = NotConverged(status="No equilibrium", load_factor=0.5, residual=1e-3, advice="use less tension")
+    twin = pickle.loads(pickle.dumps(error))
+    assert (str(twin), twin.load_factor) == (str(error), 0.5)
+    assert str(pickle.loads(pickle.dumps(InvalidInput("a", 1, "> 2")))) == "a = 1: must be > 2"
