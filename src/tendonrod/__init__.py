@@ -1,0 +1,26 @@
+"""Design, plan and drive tendon-driven continuum robots. SI units, angles in radians, world frame unless said otherwise."""
+
+from .errors import InvalidInput, NotConverged, TendonrodError
+from .robot import Robot, load_robot, preset_names
+from .section import NotchedTube, PlainRod, Section, StiffnessFactors
+from .statics.equilibrium import solve
+from .statics.shape import Shape, Status
+from .tendon import Tendon
+
+__version__ = "0.1.0"
+__all__ = [
+    "InvalidInput",
+    "NotConverged",
+    "NotchedTube",
+    "PlainRod",
+    "Robot",
+    "Section",
+    "Shape",
+    "Status",
+    "StiffnessFactors",
+    "Tendon",
+    "TendonrodError",
+    "load_robot",
+    "preset_names",
+    "solve",
+]

@@ -1,0 +1,1 @@
+"""Statics of one robot: `solve` gives its `Shape`."""

@@ -1,0 +1,93 @@
+"""From the unloaded robot to the full load in steps, for loads that Newton cannot take at once."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .shape import state_size
+
+STEPS = 32  # of the integrator, while under way
+SMALLEST = 1.0 / 4096  # step of the load factor at which the way counts as closed
+# Ways from (load, tension) = (0, .) to (1, 1). The first starts from the tendons alone, where the answer is always known.
+WAYS = (((0.0, 1.0), (1.0, 1.0)), ((0.0, 0.0), (1.0, 1.0)), ((0.0, 0.0), (1.0, 0.0), (1.0, 1.0)))
+
+
+def follow_load(kernel, rod, tendons, problem):
+    """(code, load factor reached on the first way, stats, state, jacobian), as the kernel's own solve."""
+    first = None
+    for way in WAYS:
+        code, reached, walker = _walk(kernel, rod, tendons, problem, way)
+        first = reached if first is None else first
+        if code == 0:
+            code, stats, state, jacobian = walker.arrive()
+            if code == 0:
+                return code, 1.0, stats, state, jacobian
+        if not problem[:12].any() or not tendons[:, 6].any():
+            break  # the other ways are the same
+    return code, min(first, 1.0 - SMALLEST), walker.stats, walker.state, walker.jacobian
+
+
+def _walk(kernel, rod, tendons, problem, way):
+    walker = _Walker(kernel, rod, tendons, problem)
+    code, done = walker.go(*way[0]), 0.0
+    for (load0, tension0), (load1, tension1) in zip(way[:-1], way[1:], strict=True):
+        at, stride = 0.0, 0.25
+        while code == 0 and at < 1.0:
+            to = min(1.0, at + stride)
+            if walker.go(load0 + to * (load1 - load0), tension0 + to * (tension1 - tension0)) == 0:
+                at, stride = to, 1.5 * stride
+            else:
+                stride *= 0.5
+                if stride < SMALLEST:
+                    code = 2
+        done += at / (len(way) - 1)
+    return code, done, walker
+
+
+class _Walker:
+    """Holds the last good state and tries the next load from it."""
+
+    def __init__(self, kernel, rod, tendons, problem) -> None:
+        self.kernel, self.rod, self.tendons, self.problem = kernel, rod, tendons, problem
+        self.state, self.jacobian, self.stats = np.empty(0), np.eye(3), np.zeros(8)
+        self.scratch = np.empty(kernel.SCRATCH)
+
+    def go(self, load: float, tension: float) -> int:
+        """Solve at these factors; keep the result if it converged. Returns the kernel's code."""
+        steps = max(STEPS, int(self.problem[27]))
+        problem, tendons = self.problem.copy(), self.tendons.copy()
+        problem[:12] *= load
+        tendons[:, 6] *= tension
+        problem[27] = steps
+        return self._attempt(problem, tendons, steps + 2 * len(tendons) + 2)
+
+    def arrive(self):
+        """Repeat the last solve with the accuracy or the steps that were asked for."""
+        problem, capacity = self.problem.copy(), 4 * STEPS
+        while True:
+            code = self._attempt(problem, self.tendons, max(capacity, int(problem[27]) + 2 * len(self.tendons) + 2))
+            if code != 3 or self.stats[4] > 20_000:
+                return code, self.stats, self.state, self.jacobian
+            capacity = int(self.stats[4]) + 2 * len(self.tendons) + 2
+
+    def _attempt(self, problem, tendons, capacity: int) -> int:
+        state, jacobian, stats = np.empty(state_size(capacity)), self.jacobian.copy(), np.zeros(8)
+        if self.state.size:
+            transfer(self.state, int(self.stats[5]), int(self.stats[4]), state)
+            problem[28] = self.stats[4]
+        code = self.kernel.equilibrium(self.rod, tendons, problem, state, jacobian, stats, self.scratch)
+        if code == 0:
+            self.state, self.jacobian, self.stats = state, jacobian, stats
+        elif code == 3:
+            self.stats[4] = stats[4]
+        return code
+
+
+def transfer(source, half: int, n: int, state) -> None:
+    """Copy ``n`` steps of one half of a solved state to the first half of another, of other capacity."""
+    old, new = (source.size // 2 - 19) // 40, (state.size // 2 - 19) // 40
+    at, to = half * (source.size // 2), 0
+    for width, last in ((1, 1), (12, 12), (3, 3), (12, 0), (12, 3)):
+        state[to : to + width * n + last] = source[at : at + width * n + last]
+        to += width * new + last
+        at += width * old + last

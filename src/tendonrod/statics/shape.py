@@ -1,0 +1,167 @@
+"""`Shape`: the solved configuration of a robot."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from enum import StrEnum
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..errors import InvalidInput
+
+if TYPE_CHECKING:
+    from ..robot import Robot
+
+
+class Status(StrEnum):
+    """How a solve ended; each value is a sentence that says what to do."""
+
+    CONVERGED = "converged: force and moment balance within the tolerance"
+    STALLED = (
+        "no equilibrium found on the way from the unloaded robot to the full load: it may have buckled or folded there; "
+        "lower the load, or go there in small steps with start="
+    )
+    LOCAL_FAILED = (
+        "the strain of a section could not be balanced: the tensions crush the rod; lower the tensions or check the section"
+    )
+    TOO_FINE = "the accuracy asked for needs more steps than allowed: ask for a larger accuracy"
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class Shape:
+    """Configuration of the exposed robot at the arc lengths ``s`` (n,), 0 at the outer tube's exit; SI, world frame.
+
+    Made by `tendonrod.solve`. All arrays are read-only views. A shape that did not converge holds NaN.
+    """
+
+    robot: Robot
+    tensions: np.ndarray
+    s: np.ndarray
+    status: Status
+    residual: float
+    iterations: int
+    error_estimate: float
+    load_factor: float
+    _rows: np.ndarray = field(repr=False)
+    _problem: np.ndarray = field(repr=False)
+    _state: np.ndarray = field(repr=False)
+    _jacobian: np.ndarray = field(repr=False)
+    _steps: int
+    _half: int
+
+    def __repr__(self) -> str:
+        tip = ", ".join(f"{1e3 * x:.4g}" for x in self.tip)
+        return f"Shape({self.robot.name}, {self.s.size} sections, tip ({tip}) mm, {self.status.name.lower()})"
+
+    @property
+    def converged(self) -> bool:
+        """Whether force and moment balance within the tolerance."""
+        return self.status is Status.CONVERGED
+
+    @property
+    def position(self) -> np.ndarray:
+        """(n, 3) neutral axis p, m."""
+        return self._rows[:, 0:3]
+
+    @property
+    def rotation(self) -> np.ndarray:
+        """(n, 3, 3) section frame R: columns are its axes in the world frame; x points from neutral to tube axis."""
+        return self._rows[:, 3:12].reshape(-1, 3, 3)
+
+    @property
+    def v(self) -> np.ndarray:
+        """(n, 3) shear and extension strain, section frame, p' = R v."""
+        return self._rows[:, 12:15]
+
+    @property
+    def u(self) -> np.ndarray:
+        """(n, 3) bending and twist, section frame, 1/m, R' = R u^."""
+        return self._rows[:, 15:18]
+
+    @property
+    def force(self) -> np.ndarray:
+        """(n, 3) total internal force N (rod and tendons), world frame, N."""
+        return self._rows[:, 18:21]
+
+    @property
+    def moment(self) -> np.ndarray:
+        """(n, 3) total internal moment M (rod and tendons), world frame, N m."""
+        return self._rows[:, 21:24]
+
+    @cached_property
+    def centerline(self) -> np.ndarray:
+        """(n, 3) axis of the tube, c = p + R [r_na, 0, 0], m: what trackers, clearance and contact refer to."""
+        return self.section_point(self.robot.section.r_na, 0.0)
+
+    @property
+    def tip(self) -> np.ndarray:
+        """(3,) end of the neutral axis, m, whether or not ``s`` reaches it."""
+        if not self.converged:
+            return np.full(3, np.nan)
+        at = self._half * (self._state.size // 2) + _capacity(self._state) + 1 + 12 * self._steps
+        return self._state[at : at + 3]
+
+    @property
+    def length(self) -> float:
+        """Exposed length of the neutral axis, insertion * L_na, m."""
+        return float(self._problem[12])
+
+    @property
+    def insertion(self) -> float:
+        """Exposed share of the robot, 0 to 1."""
+        return self.length / self.robot.section.L_na
+
+    @property
+    def gravity_load(self) -> np.ndarray:
+        """(3,) distributed force per metre of s, gravity included, world frame, N/m."""
+        return self._problem[6:9]
+
+    @property
+    def material_coordinate(self) -> np.ndarray:
+        """(n,) s_m = s + (1 - insertion) L_na, m."""
+        return self.s + self._problem[13]
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Sentences on where the linear model leaves its range: plateau, closed notches, lifted tendon (docs/limitations)."""
+        from .limits import shape_warnings
+
+        return shape_warnings(self)
+
+    def section_point(self, x: float, y: float) -> np.ndarray:
+        """(n, 3) path of the point (x, y) of the section, measured from the neutral axis, m."""
+        rotation = self._rows[:, 3:12]
+        points = self.position + x * rotation[:, 0::3] + y * rotation[:, 1::3]
+        points.setflags(write=False)
+        return points
+
+    def tendon_path(self, i: int = 0) -> np.ndarray:
+        """(k, 3) path of tendon ``i`` through the exposed robot, k <= n points up to where it ends, m."""
+        if not 0 <= i < self.robot.n_tendons:
+            raise InvalidInput("i", i, f"from 0 to {self.robot.n_tendons - 1}, the tendons of {self.robot.name}")
+        s_m = self.material_coordinate
+        reach = s_m <= self.robot.routing[i, 5] * (1 + 1e-12)
+        offset = self.robot.tendon_position(i, s_m[reach])
+        return self.position[reach] + np.einsum("nij,nj->ni", self.rotation[reach], offset)
+
+    def at(self, s) -> Shape:
+        """The same configuration at other arc lengths ``s`` (m, within 0 and `length`), at the accuracy of the solve."""
+        from .equilibrium import arc_lengths, sampled
+
+        s = arc_lengths(s, self.length)
+        rows = sampled(self.robot, self._tendons(), self._problem, self._state, self._half, self._steps, s)
+        return replace(self, s=s, _rows=rows)
+
+    def _tendons(self) -> np.ndarray:
+        return np.column_stack([self.robot.routing, self.tensions])
+
+
+def _capacity(state: np.ndarray) -> int:
+    return (state.size // 2 - 19) // 40
+
+
+def state_size(capacity: int) -> int:
+    """Length of the kernel's state array for so many steps."""
+    return 2 * (40 * capacity + 19)
