@@ -1,0 +1,1 @@
+"""Motion out of the outer tube: any progressive motion, and follow-the-leader plans."""

@@ -1,0 +1,80 @@
+"""Progressive motion: insertion, rotation and tension over time give the exposed shapes (paper, II-C)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..errors import InvalidInput, NotConverged
+from ..robot import Robot
+from ..statics.equilibrium import solve
+from ..statics.shape import Shape
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Motion:
+    """Shapes of a progressive motion in order, with the commands that gave them.
+
+    insertion (n,) in [0, 1]; rotation (n,) rad; tension (n, n_tendons) N; shapes: n `Shape`.
+    """
+
+    robot: Robot
+    insertion: np.ndarray
+    rotation: np.ndarray
+    tension: np.ndarray
+    shapes: tuple[Shape, ...]
+
+    @property
+    def tip(self) -> np.ndarray:
+        """(n, 3) path of the tip of the neutral axis, m, world frame."""
+        return np.array([shape.tip for shape in self.shapes])
+
+
+def progress(robot: Robot, insertion, rotation, tension, samples: int | None = None, watch=None, **loads) -> Motion:
+    """Solve a sequence of configurations, each started from the one before.
+
+    insertion (n,), rotation (n,) rad, tension (n,) or (n, n_tendons) N; a single number holds throughout.
+    samples: sections per shape, evenly spread over the exposed length (None: the integrator's nodes). watch(done, n) is
+    called after each step. loads: gravity, tip_force and the other keywords of `tendonrod.solve`. Rotation is that of the
+    section frame at the outer tube's exit: 0 throughout is the paper's follow-the-leader law phi_p = 2 pi turns (eta - 1).
+    Raises `InvalidInput` that names the row, and `NotConverged`.
+    """
+    insertion, rotation, tension = _table(robot, insertion, rotation, tension)
+    shapes: list[Shape] = []
+    for k, (eta, phi, tau) in enumerate(zip(insertion.tolist(), rotation.tolist(), tension, strict=True)):
+        shapes.append(_step(robot, k, eta, phi, tau, samples, shapes[-1] if shapes else None, loads))
+        if watch is not None:
+            watch(k + 1, insertion.size)
+    return Motion(robot=robot, insertion=insertion, rotation=rotation, tension=tension, shapes=tuple(shapes))
+
+
+def _step(robot, k, eta, phi, tau, samples, start, loads) -> Shape:
+    s = None if samples is None or not 0 <= eta <= 1 else np.linspace(0.0, eta * robot.length_na, samples)
+    try:
+        return solve(robot, tau, insertion=eta, rotation=phi, s=s, start=start, **loads)
+    except InvalidInput as error:
+        raise InvalidInput(f"row {k + 1}: {error.field}", error.value, error.allowed) from None
+    except NotConverged as error:
+        error.args = (f"row {k + 1}: {error.args[0]}",)
+        raise
+
+
+def _table(robot: Robot, insertion, rotation, tension):
+    columns = {"insertion": insertion, "rotation": rotation, "tension": tension}
+    arrays = {}
+    for name, values in columns.items():
+        try:
+            arrays[name] = np.atleast_1d(np.asarray(values, dtype=float))
+        except (TypeError, ValueError):
+            raise InvalidInput(name, values, "numbers") from None
+    size = max(array.shape[0] for array in arrays.values())
+    for name, array in arrays.items():
+        if array.shape[0] not in (1, size):
+            raise InvalidInput(name, f"{array.shape[0]} rows", f"1 row or {size} rows like the others")
+    tau = arrays["tension"]
+    tau = tau[:, None] if tau.ndim == 1 else tau
+    if tau.shape[1] not in (1, robot.n_tendons):
+        raise InvalidInput("tension", f"{tau.shape[1]} columns", f"one column per tendon, {robot.n_tendons}")
+    full = np.broadcast_to(tau, (size, robot.n_tendons)).copy()
+    return np.broadcast_to(arrays["insertion"], size).copy(), np.broadcast_to(arrays["rotation"], size).copy(), full
