@@ -1,0 +1,53 @@
+"""Sphinx configuration. The build is offline and treats warnings as errors (`make docs`)."""
+
+import re
+import sys
+from importlib.metadata import version as installed_version
+from pathlib import Path
+
+HERE = Path(__file__).parent
+sys.path.insert(0, str(HERE / "_ext"))
+
+project = "tendonrod"
+author = "tendonrod developers"
+copyright = "2026, tendonrod developers"
+release = installed_version("tendonrod")
+
+extensions = [
+    "sphinx.ext.autodoc",
+    "sphinx.ext.napoleon",
+    "sphinx.ext.viewcode",
+    "matplotlib.sphinxext.plot_directive",
+    "svgmath",
+]
+default_role = "code"
+html_math_renderer = "svg"
+math_number_all = True
+math_eqref_format = "({number})"
+numfig = True
+
+autodoc_member_order = "bysource"
+autodoc_typehints = "signature"
+autodoc_preserve_defaults = True
+python_use_unqualified_type_names = True
+
+plot_working_directory = str(HERE.parent)
+plot_formats = [("svg", 100)]
+plot_html_show_formats = False
+plot_html_show_source_link = False
+
+exclude_patterns = ["_build"]
+html_theme = "furo"
+html_title = f"tendonrod {release}"
+html_static_path = ["_static"]
+html_css_files = ["math.css"]
+html_copy_source = False
+
+
+def escape_bars(_app, _what, _name, _obj, _options, lines):
+    """Docstrings write |x| for a magnitude; outside code that would be a substitution of reStructuredText."""
+    lines[:] = [re.sub(r"(`+[^`]*`+)|\|", lambda found: found[1] or r"\|", line) for line in lines]
+
+
+def setup(app):
+    app.connect("autodoc-process-docstring", escape_bars)
