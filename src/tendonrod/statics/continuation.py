@@ -50,7 +50,7 @@ class _Walker:
     def __init__(self, kernel, rod, tendons, problem) -> None:
         self.kernel, self.rod, self.tendons, self.problem = kernel, rod, tendons, problem
         self.state, self.jacobian, self.stats = np.empty(0), np.eye(3), np.zeros(8)
-        self.scratch = np.empty(kernel.SCRATCH)
+        self.scratch, self.wanted = np.empty(kernel.SCRATCH), 0
 
     def go(self, load: float, tension: float) -> int:
         """Solve at these factors; keep the result if it converged. Returns the kernel's code."""
@@ -66,9 +66,9 @@ class _Walker:
         problem, capacity = self.problem.copy(), 4 * STEPS
         while True:
             code = self._attempt(problem, self.tendons, max(capacity, int(problem[27]) + 2 * len(self.tendons) + 2))
-            if code != 3 or self.stats[4] > 20_000:
+            if code != 3 or self.wanted > 20_000:
                 return code, self.stats, self.state, self.jacobian
-            capacity = int(self.stats[4]) + 2 * len(self.tendons) + 2
+            capacity = self.wanted + 2 * len(self.tendons) + 2
 
     def _attempt(self, problem, tendons, capacity: int) -> int:
         state, jacobian, stats = np.empty(state_size(capacity)), self.jacobian.copy(), np.zeros(8)
@@ -78,8 +78,7 @@ class _Walker:
         code = self.kernel.equilibrium(self.rod, tendons, problem, state, jacobian, stats, self.scratch)
         if code == 0:
             self.state, self.jacobian, self.stats = state, jacobian, stats
-        elif code == 3:
-            self.stats[4] = stats[4]
+        self.wanted = int(stats[4])
         return code
 
 

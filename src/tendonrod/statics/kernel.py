@@ -324,12 +324,12 @@ def shoot(rod, tendons, load, span, grid, n, g, M, x, J, have_jacobian, tol, sof
     stats: [0] residual (scaled to EI / length) [1] iterations [2] sweeps.
     """
     before, fresh, scale = 1e300, False, softness / span[0]
-    loose = 1e-3 * span[0]
+    loose, fine = 1e-3 * span[0], 0.3 * tol  # how well the stages must settle: far from and near the answer
     y0 = y1 = y2 = r0 = r1 = r2 = 0.0
     for iteration in range(limit):
         stats[1] += 1
         want = not have_jacobian
-        sweeps = integrate(rod, tendons, load, span, grid, n, g, M, x, max(0.3 * tol, loose), want, J, w)
+        sweeps = integrate(rod, tendons, load, span, grid, n, g, M, x, max(fine, loose), want, J, w)
         if sweeps < 0:
             return LOCAL_FAILED
         stats[2] += sweeps
@@ -343,11 +343,14 @@ def shoot(rod, tendons, load, span, grid, n, g, M, x, J, have_jacobian, tol, sof
             fresh = True
         elif before < 1e300:
             if r > 0.6 * before:
+                if r * softness < 1e3 * fine and fine > 1e-5 * tol:  # it may be the stages that speak here: listen closer
+                    fine, before, loose = 0.03 * fine, 1e300, 0.0
+                    continue
                 if fresh or r > 10.0 * before:
                     return CONVERGED if r * softness < max(tol, 20 * floor) else STALLED
                 have_jacobian = False  # an old or updated Jacobian misled: take the exact one here
                 before = 1e300
-                loose = min(loose, 1e-2 * r * softness)
+                loose = min(loose, 3e-3 * r * softness)
                 continue
             z = y0 * y0 + y1 * y1 + y2 * y2
             z = 1.0 / z if z > 0.0 else 0.0
@@ -363,7 +366,7 @@ def shoot(rod, tendons, load, span, grid, n, g, M, x, J, have_jacobian, tol, sof
         if max(r, size) * softness < max(tol, floor) and loose <= tol:
             return CONVERGED
         before = r
-        loose = min(loose, 1e-2 * r * softness)
+        loose = min(loose, 3e-3 * r * softness)
         M[0], M[1], M[2] = M[0] - y0, M[1] - y1, M[2] - y2
     return STALLED
 
@@ -526,7 +529,7 @@ def equilibrium(rod, tendons, problem, state, J, stats, w):
             own_before += weight * (x[i] - only[i]) ** 2
             x[i] += x2[i] - only[i]
             only[i], x2[i] = x2[i], x[i]
-        status = shoot(rod, tendons, load, span, grid, n, g, M, x, J, True, tol, softness, 12, stats, w)
+        status = shoot(rod, tendons, load, span, grid, n, g, M, x, J, True, tol, softness, 30, stats, w)
         for i in range(12 * n):
             weight = 1.0 if i % 6 < 3 else length * length
             moved += weight * (x[i] - x2[i]) ** 2
@@ -540,7 +543,7 @@ def equilibrium(rod, tendons, problem, state, J, stats, w):
             m, half = lay(tendons, span, (n + 1) // 2, grid2), 1
             carry(grid, n, g, M, x, only, grid2, m, g2, M2, x2, only2)
             grid, g, M, x, only, n = grid2, g2, M2, x2, only2, m
-            status = shoot(rod, tendons, load, span, grid, n, g, M, x, J, True, tol, softness, 12, stats, w)
+            status = shoot(rod, tendons, load, span, grid, n, g, M, x, J, True, tol, softness, 30, stats, w)
         else:
             warm = False
     else:
@@ -578,7 +581,7 @@ def equilibrium(rod, tendons, problem, state, J, stats, w):
             grid2[2 * k], grid2[2 * k + 1] = grid[k], 0.5 * (grid[k] + grid[k + 1])
         grid2[2 * n] = grid[n]
         carry(grid, n, g, M, x, only, grid2, 2 * n, g2, M2, x2, only2)
-        status = shoot(rod, tendons, load, span, grid2, 2 * n, g2, M2, x2, J, True, tol, softness, 12, stats, w)
+        status = shoot(rod, tendons, load, span, grid2, 2 * n, g2, M2, x2, J, True, tol, softness, 30, stats, w)
         stats[4], stats[5], stats[6] = 2 * n, 1 - half, distance(g, n, g2, 2) / 7.0
         if status != CONVERGED or stats[6] <= accuracy:
             return status
@@ -595,7 +598,7 @@ def equilibrium(rod, tendons, problem, state, J, stats, w):
         m = lay(tendons, span, wanted, grid2)
         carry(grid, n, g, M, x, only, grid2, m, g2, M2, x2, only2)
         half, grid, g, M, x, only, n = 1 - half, grid2, g2, M2, x2, only2, m
-        status = shoot(rod, tendons, load, span, grid, n, g, M, x, J, True, tol, softness, 12, stats, w)
+        status = shoot(rod, tendons, load, span, grid, n, g, M, x, J, True, tol, softness, 30, stats, w)
 
 
 @jit

@@ -1,0 +1,83 @@
+"""The command line: `tendonrod robots | shape | motion | ftl | reproduce`.
+
+Results go to standard output, everything else to standard error. Exit status: 0 done; 1 a solve did not converge;
+2 bad input or usage, said in one line; 130 interrupted; 141 the reader of the output went away.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from typing import Annotated
+
+import typer
+
+from ..errors import InvalidInput, TendonrodError
+from .failure import UsageError, as_invalid_input
+from .ftl import ftl
+from .motion import motion
+from .output import interrupted, note, say
+from .reproduce import reproduce
+from .robots import robots
+from .shape import shape
+
+app = typer.Typer(
+    name="tendonrod",
+    add_completion=False,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+for command in (robots, shape, motion, ftl, reproduce):
+    app.command(epilog=f"\b\nExamples:\n{command.__dict__['examples']}")(command)
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        from .. import __version__
+
+        say(f"tendonrod {__version__}")
+        raise typer.Exit()
+
+
+@app.callback(
+    invoke_without_command=True,
+    epilog="\b\nExamples:\n  tendonrod robots\n  tendonrod shape exonav-1 --tension 0.7 --gravity -9.81,0,0\n"
+    "  tendonrod COMMAND --help",
+)
+def _front(
+    context: typer.Context,
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version and exit.")
+    ] = False,
+) -> None:
+    """Tendon-driven continuum robots: shapes, progressive motion and follow-the-leader plans.
+
+    ROBOT is a preset (see: tendonrod robots) or the path of a TOML file of the same form. Vectors are in the world
+    frame, written with commas and no spaces: -9.81,0,0. Exit status 0: done; 1: no equilibrium found; 2: bad input.
+    """
+    if context.invoked_subcommand is None:
+        say(context.get_help())
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line with ``arguments`` (those of the process if None) and return its exit status."""
+    given = list(sys.argv[1:] if arguments is None else arguments)
+    try:
+        status = typer.main.get_command(app).main(args=given, prog_name="tendonrod", standalone_mode=False)
+    except UsageError as error:
+        return _failed(as_invalid_input(error), 2)
+    except InvalidInput as error:
+        return _failed(error, 2)
+    except TendonrodError as error:
+        return _failed(error, 1)
+    except (KeyboardInterrupt, typer.Abort):
+        return interrupted()
+    except SystemExit as error:  # typer's own answer to a closed pipe
+        return int(error.code or 0)
+    return interrupted() if status == 130 else int(status or 0)
+
+
+def _failed(error: Exception, status: int) -> int:
+    note(f"error: {' '.join(str(error).split())}")
+    return status

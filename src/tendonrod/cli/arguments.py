@@ -1,0 +1,102 @@
+"""What the user typed, as numbers and robots; every error names the option."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from ..errors import Fact, InvalidInput, finite, nonnegative, one_of
+
+if TYPE_CHECKING:
+    from ..robot import Robot
+
+RobotName = Annotated[str, typer.Argument(metavar="ROBOT", help="Preset, or path of a robot's TOML file.")]
+Torsion = Annotated[
+    str | None,
+    typer.Option(
+        metavar="MODEL",
+        help="Torsion model instead of the robot's own: published, open_section or homogenized.",
+    ),
+]
+Gravity = Annotated[
+    str, typer.Option(metavar="X,Y,Z", help="Gravity in the world frame, m/s2.", show_default="0,0,0")
+]
+Json = Annotated[
+    bool, typer.Option("--json", help="Print the results in full precision and SI units as JSON, and nothing else.")
+]
+Figure = Annotated[str | None, typer.Option(metavar="FILE", help="Draw to a .png, .svg or .pdf file.")]
+
+
+def number(option: str, text: str, check: Callable[..., float] = finite, *bounds: float) -> float:
+    """``text`` as a number that passes ``check``, one of those in `tendonrod.errors`."""
+    return check(option, _number_or_text(text), *bounds)
+
+
+def whole(option: str, text: str, low: int, high: int) -> int:
+    """``text`` as a whole number from ``low`` to ``high``."""
+    try:
+        value = int(text)
+    except ValueError:
+        value = low - 1
+    if not low <= value <= high:
+        raise InvalidInput(option, _typed(text), f"a whole number from {low} to {high}")
+    return value
+
+
+def vector(option: str, text: str) -> tuple[float, float, float]:
+    """``text`` such as "-9.81,0,0" as three finite numbers."""
+    entries = [_number_or_text(part) for part in text.split(",")]
+    try:
+        x, y, z = (finite(option, entry) for entry in entries)
+    except (ValueError, InvalidInput):
+        raise InvalidInput(option, _typed(text), "3 finite numbers with commas between them, as -9.81,0,0") from None
+    return x, y, z
+
+
+def tensions(robot: Robot, texts: Sequence[str]) -> tuple[float, ...]:
+    """One tension (N) per tendon; zero for all where the option is not given."""
+    values = tuple(number("--tension", text, nonnegative) for text in texts)
+    if values and len(values) != robot.n_tendons:
+        allowed = f"given once per tendon; {robot.name} has {robot.n_tendons}"
+        raise InvalidInput("--tension", Fact(",".join(texts)), allowed)
+    return values or (0.0,) * robot.n_tendons
+
+
+def chosen_robot(source: str, torsion: str | None = None) -> Robot:
+    """The robot, with another torsion model if one is asked for."""
+    from ..robot import load_robot
+    from ..section import TORSION_MODELS, NotchedTube
+
+    if torsion is not None:
+        one_of("--torsion", torsion, TORSION_MODELS)
+    robot = load_robot(source)
+    if torsion is None:
+        return robot
+    if not isinstance(robot.body, NotchedTube):
+        raise InvalidInput("--torsion", Fact(torsion), f"left out: {robot.name} is a plain rod, its torsion is GJ")
+    try:
+        return robot.replace(torsion=torsion)
+    except InvalidInput as error:
+        if error.field != "stiffness_factors":
+            raise
+        needed = f"published or open_section: {robot.name} has no [material.stiffness_factors]"
+        raise InvalidInput("--torsion", Fact(torsion), needed) from None
+
+
+def torsion_of(robot: Robot) -> str:
+    """Name of the torsion model; GJ for a plain rod."""
+    return getattr(robot.body, "torsion", "GJ")
+
+
+def _number_or_text(text: str) -> Any:
+    try:
+        return float(text)
+    except ValueError:
+        return text
+
+
+def _typed(text: str) -> str:
+    """As typed where that can be read on one line, else in quotes."""
+    return Fact(text) if text.strip() and text.isprintable() else text

@@ -1,0 +1,130 @@
+"""`tendonrod motion`: the shapes of a progressive motion read from a file."""
+
+from __future__ import annotations
+
+import csv
+from math import degrees
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from . import output
+from .arguments import Figure, Gravity, Json, Torsion, chosen_robot, torsion_of, vector, whole
+from .motion_file import read_commands, tension_columns
+from .shape import MOST_SAMPLES, as_dict, listed
+
+if TYPE_CHECKING:
+    from ..motion.progression import Motion
+
+
+def motion(
+    file: Annotated[
+        str,
+        typer.Argument(
+            metavar="FILE.csv",
+            help="Columns insertion, rotation_deg (0 if left out), tension_n (or tension_1_n, tension_2_n, ...).",
+        ),
+    ],
+    robot: Annotated[str, typer.Option(metavar="ROBOT", help="Preset, or path of a robot's TOML file.")] = "exonav-1",
+    gravity: Gravity = "0,0,0",
+    samples: Annotated[str, typer.Option(metavar="COUNT", help="Sections per body, evenly spread, 2 or more.")] = "101",
+    torsion: Torsion = None,
+    json: Json = False,
+    output_file: Annotated[
+        str | None, typer.Option("--output", metavar="FILE.csv", help="Write commands and tip, mm, one row per step.")
+    ] = None,
+    bodies: Annotated[
+        str | None, typer.Option(metavar="FILE.csv", help="Write every body, mm, one row per section and step.")
+    ] = None,
+    figure: Figure = None,
+) -> None:
+    """Shapes of a robot that moves out of its outer tube, row by row of a file.
+
+    insertion is the exposed share, from 0 to 1; rotation_deg the turn of the section at the outer tube's exit, 0 for
+    follow-the-leader motion; tensions in N. Other columns are left alone, so that plans of tendonrod ftl can be run.
+    """
+    pull, count = vector("--gravity", gravity), whole("--samples", samples, 2, MOST_SAMPLES)
+    table = output.target("--output", output_file, (".csv",))
+    sections = output.target("--bodies", bodies, (".csv",))
+    picture = output.target("--figure", figure, output.FIGURES)
+    chosen = chosen_robot(robot, torsion)
+    commands = read_commands(file, chosen)
+    if commands.ignored:
+        output.note(f"{file}: columns left alone: {', '.join(commands.ignored)}")
+
+    from ..motion.progression import progress
+
+    with output.progress_bar("solving") as watch:
+        moved = progress(
+            chosen, commands.insertion, commands.rotation, commands.tension, samples=count, watch=watch, gravity=pull
+        )
+    if table is not None:
+        _write(table, "--output", _commands_header(moved) + ["tip_x_mm", "tip_y_mm", "tip_z_mm"], _tip_rows(moved))
+    if sections is not None:
+        _write(sections, "--bodies", _BODY_HEADER, _body_rows(moved))
+    if picture is not None:
+        from ..plot import motion_figure
+
+        output.write_figure("--figure", picture, lambda: motion_figure(moved))
+    output.warn([f"row {k + 1}: {text}" for k, shape in enumerate(moved.shapes) for text in shape.warnings])
+    if json:
+        output.say_json(_as_dict(moved, pull))
+    else:
+        output.say(_page(moved, pull))
+
+
+motion.examples = (  # pyright: ignore[reportFunctionMemberAccess]
+    "  tendonrod ftl exonav-1 --target 0.7 --gravity -9.81,0,0 --output plan.csv\n"
+    "  tendonrod motion plan.csv --robot exonav-1 --gravity -9.81,0,0 --figure motion.png"
+)
+
+_BODY_HEADER = ["row", "insertion", "s_mm", "x_mm", "y_mm", "z_mm", "axis_x_mm", "axis_y_mm", "axis_z_mm"]
+
+
+def _write(path: Path, option: str, header: list[str], rows) -> None:
+    with output.written(option, path) as draft, draft.open("w", newline="", encoding="utf-8") as stream:
+        table = csv.writer(stream, lineterminator="\n")
+        table.writerow(header)
+        table.writerows(rows)
+
+
+def _commands_header(moved: Motion) -> list[str]:
+    return ["insertion", "rotation_deg", *tension_columns(moved.robot.n_tendons)]
+
+
+def _tip_rows(moved: Motion):
+    for eta, phi, tau, tip in zip(moved.insertion, moved.rotation, moved.tension, moved.tip, strict=True):
+        yield [float(eta), degrees(phi), *tau.tolist(), *_millimetres(tip)]
+
+
+def _body_rows(moved: Motion):
+    for k, shape in enumerate(moved.shapes):
+        for s, p, c in zip(shape.s, shape.position, shape.centerline, strict=True):
+            yield [k + 1, float(moved.insertion[k]), *_millimetres([s, *p, *c])]
+
+
+def _millimetres(values) -> list[str]:
+    return [f"{1e3 * value + 0.0:.9f}" for value in values]
+
+
+def _as_dict(moved: Motion, gravity) -> dict:
+    return {
+        "robot": moved.robot.name,
+        "torsion": torsion_of(moved.robot),
+        "gravity": list(gravity),
+        **{name: getattr(moved, name).tolist() for name in ("insertion", "rotation", "tension", "tip")},
+        "shapes": [as_dict(shape) for shape in moved.shapes],
+    }
+
+
+def _page(moved: Motion, gravity) -> str:
+    columns = ["row", "insertion", "rotation deg", *(f"{name[:-2]} N" for name in tension_columns(moved.robot.n_tendons))]
+    columns = [name.replace("_", " ") for name in columns] + ["tip x mm", "tip y mm", "tip z mm"]
+    rows = []
+    for k, tip in enumerate(moved.tip):
+        taus = [f"{tau:.5f}" for tau in moved.tension[k]]
+        place = [f"{1e3 * value + 0.0:.4f}" for value in tip]
+        rows.append([str(k + 1), f"{moved.insertion[k]:.6g}", f"{degrees(moved.rotation[k]):.6g}", *taus, *place])
+    title = f"{moved.robot.name}, torsion {torsion_of(moved.robot)}, gravity {listed(gravity)} m/s2, {len(rows)} steps"
+    return f"{output.heading(title)}\n\n{output.table(columns, rows)}"

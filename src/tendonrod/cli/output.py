@@ -1,0 +1,175 @@
+"""What the commands write: text and JSON to standard output, notes and progress to standard error, files in one go."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import sys
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import IO, Any
+
+import typer
+
+from ..errors import Fact, InvalidInput
+
+FIGURES = (".png", ".svg", ".pdf")
+PATIENCE = 0.4  # s of work before a progress bar appears
+
+
+def say(text: str) -> None:
+    """Write ``text`` and a line end to standard output; end quietly where nobody reads it any more."""
+    try:
+        sys.stdout.write(text.rstrip("\n") + "\n")
+        sys.stdout.flush()
+    except BrokenPipeError:
+        with contextlib.suppress(OSError):  # so that Python's own last flush does not complain
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        raise typer.Exit(141) from None
+
+
+def note(text: str) -> None:
+    """One line on standard error."""
+    with contextlib.suppress(BrokenPipeError):
+        print(f"tendonrod: {text}", file=sys.stderr, flush=True)
+
+
+def warn(sentences: Sequence[str]) -> None:
+    """Each different warning once, on standard error."""
+    for sentence in dict.fromkeys(sentences):
+        note(f"warning: {' '.join(sentence.split())}")
+
+
+def interrupted() -> int:
+    """Say so; the exit status for it."""
+    note("interrupted")
+    return 130
+
+
+def say_json(values: Any) -> None:
+    """Write plain numbers, texts, lists and dicts as JSON, floats in full precision, one line per top-level key."""
+    if not isinstance(values, Mapping):
+        say("[\n" + ",\n".join(f" {_dumped(value)}" for value in values) + "\n]")
+    else:
+        say("{\n" + ",\n".join(f" {_dumped(key)}: {_dumped(value)}" for key, value in values.items()) + "\n}")
+
+
+def _dumped(value: Any) -> str:
+    return json.dumps(value, allow_nan=False, ensure_ascii=False)
+
+
+def table(columns: Sequence[str], rows: Sequence[Sequence[str]], words: Sequence[int] = ()) -> str:
+    """Aligned text; columns numbered in ``words`` hold text: left-aligned, and wrapped where a terminal is narrow.
+
+    No rules and no boxes, so that it reads well in a pipe too; headings are bold on a terminal.
+    """
+    from rich.table import Table
+    from rich.text import Text
+
+    grid = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0), header_style="bold", show_header=any(columns))
+    for i, name in enumerate(columns):
+        grid.add_column(Text(name), justify="left" if i in words else "right", no_wrap=i not in words, overflow="fold")
+    for row in rows:
+        grid.add_row(*(Text(cell) for cell in row))
+    return _rendered(grid)
+
+
+def heading(text: str) -> str:
+    """``text``, bold on a terminal."""
+    from rich.text import Text
+
+    return _rendered(Text(text, style="bold", no_wrap=False))
+
+
+def _rendered(item: Any) -> str:
+    console = _console(sys.stdout)
+    with console.capture() as captured:
+        console.print(item, highlight=False)
+    return "\n".join(line.rstrip() for line in captured.get().splitlines())
+
+
+def _console(stream: IO[str]):
+    from rich.console import Console
+
+    return Console(file=stream, width=None if stream.isatty() else 100_000, markup=False, emoji=False)
+
+
+@contextlib.contextmanager
+def progress_bar(what: str) -> Iterator[Any]:
+    """A function watch(done, total, what=None) that draws a bar on standard error if it is a terminal and work is long."""
+    if not sys.stderr.isatty():
+        yield lambda done, total, what=None: None
+        return
+    bar = _Bar(what)
+    try:
+        yield bar.watch
+    finally:
+        bar.stop()
+
+
+class _Bar:
+    def __init__(self, what: str) -> None:
+        self.what, self.began, self.progress, self.task = what, time.monotonic(), None, None
+
+    def watch(self, done: float, total: float, what: str | None = None) -> None:
+        what = what or self.what
+        if self.progress is None:
+            if time.monotonic() - self.began < PATIENCE or done >= total:
+                return
+            from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+            columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.percentage:>3.0f} %"))
+            self.progress = Progress(*columns, TimeRemainingColumn(), console=_console(sys.stderr), transient=True)
+            self.progress.start()
+            self.task = self.progress.add_task(what, total=total)
+        self.progress.update(self.task, completed=done, total=total, description=what)  # pyright: ignore
+
+    def stop(self) -> None:
+        if self.progress is not None:
+            self.progress.stop()
+
+
+def target(option: str, path: str | None, suffixes: Sequence[str]) -> Path | None:
+    """The file that an option names, checked before the work begins; None where the option is not given."""
+    if path is None:
+        return None
+    *others, last = suffixes
+    if Path(path).suffix.lower() not in suffixes:
+        names = f"{', '.join(others)} or {last}" if others else last
+        raise InvalidInput(option, Fact(path or "''"), f"a file name that ends in {names}")
+    found = Path(os.path.realpath(path))
+    if not found.parent.is_dir():
+        raise InvalidInput(option, Fact(path), f"in a directory that exists; {Path(path).parent} does not")
+    if found.exists() and not found.is_file():
+        raise InvalidInput(option, Fact(path), "a file")
+    return found
+
+
+@contextlib.contextmanager
+def written(option: str, path: Path) -> Iterator[Path]:
+    """A name to write to; the file takes its place at ``path`` only when it is complete."""
+    draft = path.with_name(f".{path.stem}.{os.getpid()}{path.suffix}")
+    try:
+        yield draft
+        draft.replace(path)
+    except OSError as error:
+        raise InvalidInput(option, Fact(str(path)), f"writable: {error.strerror or error}") from None
+    except InvalidInput as error:
+        if error.field != "path":
+            raise
+        raise InvalidInput(option, Fact(str(path)), error.allowed) from None
+    finally:
+        draft.unlink(missing_ok=True)
+    note(f"wrote {path}")
+
+
+def write_figure(option: str, path: Path | None, draw) -> None:
+    """Save the figure that ``draw()`` returns, if a path is given."""
+    if path is None:
+        return
+    from ..plot import save
+
+    with written(option, path) as draft:
+        save(draw(), draft)

@@ -1,0 +1,38 @@
+"""`tendonrod reproduce`: the report on the paper."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ..errors import Fact, InvalidInput
+from . import output as out
+
+
+def reproduce(
+    output: Annotated[str, typer.Option(metavar="DIR", help="Directory of the report; made if need be.")] = "out/reproduce",
+) -> None:
+    """Recompute the paper's simulation results and write them as one page with figures and tables."""
+    directory = _directory(output)
+
+    from ..report import reproduce as write_report
+
+    with out.progress_bar("reproducing") as watch:
+        page = write_report(out=directory, watch=watch)
+    out.say(f"Report: {page}")
+
+
+reproduce.examples = "  tendonrod reproduce --output /tmp/paper"  # pyright: ignore[reportFunctionMemberAccess]
+
+
+def _directory(text: str) -> Path:
+    directory = Path(text)
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+    except FileExistsError:
+        raise InvalidInput("--output", Fact(text), "a directory, not a file") from None
+    except OSError as error:
+        raise InvalidInput("--output", Fact(text), f"a directory that can be made: {error.strerror or error}") from None
+    return directory

@@ -1,0 +1,189 @@
+"""`tendonrod robots`: the presets, or one robot with its section, sources and limits."""
+
+from __future__ import annotations
+
+import dataclasses
+from math import degrees
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from ..errors import Fact, InvalidInput
+from . import output
+from .arguments import Json, Torsion, chosen_robot, torsion_of
+
+if TYPE_CHECKING:
+    from ..robot import Robot
+
+_UNITS = {"mm": 1e3, "mm2": 1e6, "mm4": 1e12, "gpa": 1e-9, "deg": degrees(1.0)}
+_SECTION = (  # symbol, factor, unit, what it is
+    ("A", 1e6, "mm2", "area of the uncut arc"),
+    ("r_na", 1e3, "mm", "neutral axis from the tube's axis"),
+    ("I_x", 1e12, "mm4", "second moment about x"),
+    ("I_y", 1e12, "mm4", "second moment about y, the soft direction"),
+    ("J", 1e12, "mm4", "torsion constant in use, torsion stiffness / G"),
+    ("L", 1e3, "mm", "length along the tube's axis"),
+    ("L_na", 1e3, "mm", "length of the neutral axis"),
+    ("line_density", 1e3, "g/m", "lambda, mass per length"),
+)
+_STIFFNESS = (
+    ("Kse", "N", ("shear x, G A", "shear y, G A", "extension, E A")),
+    ("Kbt", "N m2", ("bending x, E I_x", "bending y, E I_y", "torsion")),
+)
+
+
+def robots(
+    robot: Annotated[
+        str | None, typer.Argument(metavar="[ROBOT]", help="Preset, or path of a robot's TOML file.")
+    ] = None,
+    torsion: Torsion = None,
+    figure: Annotated[
+        str | None, typer.Option(metavar="FILE", help="Draw tube, notches and section to a .png, .svg or .pdf file.")
+    ] = None,
+    notch_pattern: Annotated[
+        str | None, typer.Option(metavar="FILE.dxf", help="Write the unrolled laser-cutting pattern, mm.")
+    ] = None,
+    mesh: Annotated[str | None, typer.Option(metavar="FILE.stl", help="Write the notched tube as a solid, mm.")] = None,
+    json: Json = False,
+) -> None:
+    """List the presets; with ROBOT, print its section, sources and limits.
+
+    Limits: where the linear model stops to hold when only the tendon pulls, with the tension at which each is met.
+    """
+    if robot is None:
+        given = {"--torsion": torsion, "--figure": figure, "--notch-pattern": notch_pattern, "--mesh": mesh}
+        for option, value in given.items():
+            if value is not None:
+                raise InvalidInput(option, Fact(value), "given together with ROBOT")
+        _list(json)
+        return
+    chosen = chosen_robot(robot, torsion)
+    _write(chosen, figure, notch_pattern, mesh)
+    if json:
+        output.say_json(_described(chosen))
+    else:
+        output.say(_page(chosen, torsion is not None))
+
+
+robots.examples = (  # pyright: ignore[reportFunctionMemberAccess]
+    "  tendonrod robots exonav-1 --torsion open_section\n"
+    "  tendonrod robots my-robot.toml --figure device.png --notch-pattern cut.dxf"
+)
+
+
+def _write(robot: Robot, figure: str | None, notch_pattern: str | None, mesh: str | None) -> None:
+    from ..device import write_dxf, write_mesh
+
+    drawing = output.target("--figure", figure, output.FIGURES)
+    sheet = output.target("--notch-pattern", notch_pattern, (".dxf",))
+    solid = output.target("--mesh", mesh, (".stl",))
+    if drawing is not None:
+        from ..device_figure import draw_device
+
+        output.write_figure("--figure", drawing, lambda: draw_device(robot))
+    if sheet is not None:
+        with output.written("--notch-pattern", sheet) as draft:
+            write_dxf(robot, draft)
+    if solid is not None:
+        with output.written("--mesh", solid) as draft:
+            write_mesh(robot, draft)
+
+
+def _list(json: bool) -> None:
+    from ..robot import load_robot, preset_names
+
+    presets = [load_robot(name) for name in preset_names()]
+    if json:
+        output.say_json([_constants(robot) for robot in presets])
+        return
+    columns = ("robot", "psi deg", "r_in mm", "r_out mm", "L mm", "w mm", "d mm", "turns", "tendons", "torsion")
+    names = ("uncut_angle", "inner_radius", "outer_radius", "length", "notch_width", "notch_spacing")
+    scales = (degrees(1.0), 1e3, 1e3, 1e3, 1e3, 1e3)
+    rows = []
+    for robot in presets:
+        numbers = [f"{scale * getattr(robot.body, name):.6g}" for name, scale in zip(names, scales, strict=True)]
+        rows.append([robot.name, *numbers, f"{robot.turns:g}", str(robot.n_tendons), torsion_of(robot)])
+    output.say(output.table(columns, rows, words=(0, 9)))
+    output.say("\nOne robot in full: tendonrod robots exonav-1")
+
+
+def _constants(robot: Robot) -> dict[str, Any]:
+    return {
+        "name": robot.name,
+        "body": "notched tube" if hasattr(robot.body, "torsion") else "plain rod",
+        "torsion": torsion_of(robot),
+        "parameters": robot.parameters(),
+        "tendons": [dataclasses.asdict(tendon) for tendon in robot.tendons],
+    }
+
+
+def _described(robot: Robot) -> dict[str, Any]:
+    section = {each.name: getattr(robot.section, each.name) for each in dataclasses.fields(robot.section)}
+    return {
+        **_constants(robot),
+        "section": {name: value.tolist() if hasattr(value, "tolist") else value for name, value in section.items()},
+        "limits": [dataclasses.asdict(limit) for limit in _limits(robot)],
+        "sources": dict(robot.sources),
+    }
+
+
+def _limits(robot: Robot):
+    from ..statics.limits import tension_limits
+
+    return tension_limits(robot)
+
+
+def _page(robot: Robot, torsion_given: bool) -> str:
+    kind = "notched tube" if hasattr(robot.body, "torsion") else "plain rod"
+    blocks = [output.heading(f"{robot.name}: {kind}, torsion {torsion_of(robot)}")]
+    blocks += [output.table(("section", "", "", ""), _section_rows(robot), words=(0, 2, 3))]
+    limits = [
+        (limit.name, "not reached" if limit.tension is None else f"{limit.tension:.4g} N", limit.meaning)
+        for limit in _limits(robot)
+    ]
+    if limits:
+        blocks.append(output.table(("limit", "tension", "meaning"), limits, words=(0, 2)))
+    blocks.append(output.table(("from the file", "", "source"), _source_rows(robot, torsion_given), words=(0, 2)))
+    return "\n\n".join(blocks)
+
+
+def _section_rows(robot: Robot) -> list[tuple[str, str, str, str]]:
+    section = robot.section
+    rows = [(name, f"{scale * getattr(section, name):.7g}", unit, what) for name, scale, unit, what in _SECTION]
+    for matrix, unit, meanings in _STIFFNESS:
+        for i, what in enumerate(meanings):
+            rows.append((f"{matrix}[{i}]", f"{getattr(section, matrix)[i]:.6g}", unit, what))
+    return rows
+
+
+def _source_rows(robot: Robot, torsion_given: bool) -> list[tuple[str, str, str]]:
+    rows = [(key, value, robot.sources.get(key, "")) for key, value in _file_values(robot)]
+    if torsion_given:
+        rows = [(key, value, "--torsion" if key == "material.torsion" else why) for key, value, why in rows]
+    return rows
+
+
+def _file_values(robot: Robot) -> list[tuple[str, str]]:
+    """The robot in the words of its file: key with unit, number in that unit."""
+    from ..robot import ROD_KEYS, TUBE_KEYS
+
+    keys, factors = (TUBE_KEYS if hasattr(robot.body, "torsion") else ROD_KEYS), robot.parameters()
+    rows = []
+    for name, key in keys.items():
+        value = getattr(robot.body, name, factors.get(name))
+        if value is not None:
+            rows.append((key, _in_unit(key, value)))
+    for i, tendon in enumerate(robot.tendons):
+        for name, value in dataclasses.asdict(tendon).items():
+            if value is not None:
+                unit = {"angle": "_deg", "routing": "", "turns": ""}.get(name, "_mm")
+                rows.append((f"tendons[{i}].{name}{unit}", _in_unit(name + unit, value)))
+    return rows
+
+
+def _in_unit(key: str, value: Any) -> str:
+    if isinstance(value, str):
+        return value
+    if isinstance(value, tuple):
+        return ", ".join(f"{each:.6g}" for each in value)
+    return f"{value * _UNITS.get(key.rpartition('_')[2], 1.0):.8g}"

@@ -1,0 +1,184 @@
+"""The look of every figure, set through a context and never globally; space axes with true proportions; saving."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from contextlib import AbstractContextManager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..errors import InvalidInput
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from mpl_toolkits.mplot3d import Axes3D
+
+MM = 1e3
+# Okabe and Ito's palette, told apart by colour-blind readers; yellow left out as too light for lines.
+BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9"
+COLOURS = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY)
+INK, QUIET, PALE = "#1a1a1a", "#6b7280", "#c9ced6"
+WIDTH = 7.2  # inches, every figure
+FORMATS = (".png", ".svg", ".pdf")
+_LABEL_ROOM = np.array([1.3, 0.6])  # inches
+_RC: Any = {
+    "font.size": 8.0,
+    "font.family": "sans-serif",
+    "font.sans-serif": ["DejaVu Sans"],
+    "mathtext.fontset": "dejavusans",
+    "axes.titlesize": 8.5,
+    "axes.titleweight": "bold",
+    "axes.titlelocation": "left",
+    "axes.edgecolor": QUIET,
+    "axes.labelcolor": INK,
+    "axes.linewidth": 0.6,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "grid.color": "#e5e7eb",
+    "grid.linewidth": 0.5,
+    "xtick.color": QUIET,
+    "ytick.color": QUIET,
+    "xtick.labelcolor": INK,
+    "ytick.labelcolor": INK,
+    "xtick.major.width": 0.6,
+    "ytick.major.width": 0.6,
+    "xtick.labelsize": 7.5,
+    "ytick.labelsize": 7.5,
+    "lines.linewidth": 1.4,
+    "lines.markersize": 3.5,
+    "legend.fontsize": 7.5,
+    "legend.frameon": False,
+    "legend.handlelength": 1.8,
+    "legend.borderaxespad": 0.3,
+    "figure.facecolor": "white",
+    "savefig.facecolor": "white",
+    "svg.hashsalt": "tendonrod",  # the same figure gives the same file
+}
+
+
+def styled() -> AbstractContextManager:
+    """Context in which figures are drawn and saved; matplotlib's own settings are untouched outside."""
+    import matplotlib as mpl
+
+    return mpl.rc_context(_RC)
+
+
+def new_figure(height: float) -> Figure:
+    """An empty figure of the common width, ``height`` in inches; not known to pyplot, so it needs no display."""
+    from matplotlib.figure import Figure
+
+    return Figure(figsize=(WIDTH, height), dpi=160)
+
+
+def save(figure: Figure, path) -> Path:
+    """Write ``figure`` as .png, .svg or .pdf, by the suffix of ``path``, then close it.
+
+    Raises `InvalidInput` for another suffix and where the file cannot be written.
+    """
+    path = write(figure, path)
+    figure.clear()
+    return path
+
+
+def write(figure: Figure, path) -> Path:
+    """As `save`, but the figure stays open for another format."""
+    path = Path(path)
+    if path.suffix.lower() not in FORMATS:
+        raise InvalidInput("figure", str(path), "a file name that ends in " + ", ".join(FORMATS))
+    undated = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
+    try:
+        with styled():
+            figure.savefig(path, metadata=undated.get(path.suffix.lower()))
+    except OSError as error:
+        raise InvalidInput("figure", str(path), f"a file that can be written ({error.strerror or error})") from None
+    return path
+
+
+def titled(axes: Axes, letter: str, title: str) -> None:
+    """Panel title such as "(a) tension"."""
+    axes.set_title(f"({letter}) {title}")
+
+
+def labelled(axes: Axes, x: str, y: str) -> Axes:
+    """Name both axes, units included."""
+    axes.set_xlabel(x)
+    axes.set_ylabel(y)
+    return axes
+
+
+def reading_unit(largest: float) -> tuple[str, float]:
+    """(unit, factor) in which a length of ``largest`` metres reads well: mm, µm or nm."""
+    for unit, factor in (("mm", 1e3), ("µm", 1e6)):
+        if not largest * factor < 0.01:
+            return unit, factor
+    return "nm", 1e9
+
+
+def space(
+    figure: Figure, place: tuple[float, float, float, float], paths: Sequence[np.ndarray], elev=22.0, azim=25.0
+) -> Axes3D:
+    """Empty 3D axes at ``place`` (left, bottom, width, height in shares of the figure) around ``paths`` (k, 3) in mm.
+
+    One millimetre is equally long along x, y and z. World z, the insertion, runs to the right and x upwards, as on a
+    bench where gravity acts along -x. elev, azim: the eye's elevation and azimuth in degrees.
+    """
+    axes: Any = figure.add_axes(place, projection="3d")
+    axes.set_proj_type("ortho")
+    axes.view_init(elev=elev, azim=azim, vertical_axis="x")
+    low, high = _box(paths)
+    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
+    axes.set_box_aspect(high - low, zoom=_zoom(axes, high - low, place, figure))
+    for axis, name, span in zip((axes.xaxis, axes.yaxis, axes.zaxis), "xyz", high - low, strict=True):
+        _space_axis(axis, name, span / (high - low).max())
+    axes.patch.set_alpha(0.0)
+    return axes
+
+
+def draw(axes: Axes, path: np.ndarray, **style) -> list[Any]:
+    """Plot a path (k, 3) or (k, 2)."""
+    return axes.plot(*np.asarray(path).T, **style)
+
+
+def letters():
+    """a, b, c, ..."""
+    return itertools.chain("abcdefgh")
+
+
+def _box(paths: Sequence[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    """Limits that hold all paths, with a margin; no side is shorter than a seventh of the longest."""
+    points = np.concatenate([np.asarray(path).reshape(-1, 3) for path in paths])
+    points = points[np.isfinite(points).all(axis=1)]
+    low, high = (points.min(axis=0), points.max(axis=0)) if points.size else (-np.ones(3), np.ones(3))
+    middle, size = 0.5 * (low + high), high - low
+    half = 0.52 * np.maximum(size, max(size.max() / 7.0, 0.1))
+    return middle - half, middle + half
+
+
+def _zoom(axes: Any, size: np.ndarray, place: tuple[float, float, float, float], figure: Figure) -> float:
+    """The zoom at which the box of ``size`` fills its place but for the room that ticks and labels need."""
+    from mpl_toolkits.mplot3d import proj3d
+
+    axes.set_box_aspect(size)
+    corners = list(itertools.product(axes.get_xlim(), axes.get_ylim(), axes.get_zlim()))
+    x, y, _ = proj3d.proj_transform(*np.array(corners).T, axes.get_proj())
+    room = figure.get_size_inches() * place[2:]
+    inch = room.min() / axes.viewLim.width  # the view is square, as large as fits
+    extent = inch * np.array([np.ptp(x), np.ptp(y)])
+    return float(((room - _LABEL_ROOM) / extent).min())
+
+
+def _space_axis(axis: Any, name: str, share: float) -> None:
+    from matplotlib.ticker import MaxNLocator
+
+    axis.set_pane_color((1.0, 1.0, 1.0, 0.0))
+    axis.line.set_color(QUIET)
+    axis.set_major_locator(MaxNLocator(nbins=max(2, round(7 * share)), steps=[1, 2, 5, 10]))
+    axis.set_tick_params(pad=-2.0 if name != "z" else 0.0, labelsize=7.0)
+    axis.set_label_text(f"{name} (mm)")
+    axis.labelpad = 14.0 * share - 6.0
