@@ -4,6 +4,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.linalg import expm
+
 from tendonrod.rotation import exp_se3, exp_so3, hat, log_se3, log_so3, vee
 from tendonrod.statics import kernel
 

@@ -1,4 +1,6 @@
-"""Design, plan and drive tendon-driven continuum robots. SI units, angles in radians, world frame unless said otherwise."""
+"""Design, plan and drive tendon-driven continuum robots. SI units, angles in radians, world frame unless said
+otherwise.
+"""
 
 from .errors import InvalidInput, NotConverged, TendonrodError
 from .robot import Robot, load_robot, preset_names

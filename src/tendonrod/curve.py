@@ -23,7 +23,8 @@ class Projection:
 class Curve:
     """Piecewise cubic Hermite curve through ``points`` (n, 3) at increasing parameters ``s`` (n,), with slopes dp/ds.
 
-    Its error is h^4 |p''''| / 384: below 0.1 nm for a robot's neutral axis in 200 intervals. Units m. Raises `InvalidInput`.
+    Its error is h^4 |p''''| / 384: below 0.1 nm for a robot's neutral axis in 200 intervals. Units m. Raises
+    `InvalidInput`.
     """
 
     s: np.ndarray

@@ -1,7 +1,8 @@
 """Follow-the-leader planning: the tensions (and rotations) that keep the exposed body on the path of the full robot.
 
 The reference is the neutral axis of the fully inserted robot at the desired tension (paper, II-C). The exposed body at
-progress eta is compared with it by projection, uniformly in arc length; the plan minimises the root mean square distance.
+progress eta is compared with it by projection, uniformly in arc length; the plan minimises the root mean square
+distance.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ from collections.abc import Callable
 import numpy as np
 
 from ..curve import Curve
-from ..errors import InvalidInput, finite, nonnegative, one_of, positive, vector
+from ..errors import InvalidInput, nonnegative, one_of, positive, vector
 from ..robot import Robot
 from ..statics.equilibrium import solve
 from ..statics.shape import Shape
@@ -33,14 +34,15 @@ def plan_follow_leader(
     reference_samples: int = 400,
     watch: Callable[[int, int], None] | None = None,
 ) -> Plan:
-    """Plan follow-the-leader motion to ``target_tension`` (N) under ``gravity`` (3,) m/s2, world frame, in ``steps`` steps.
+    """Plan follow-the-leader motion to ``target_tension`` (N) under ``gravity`` (3,) m/s2, world frame, in ``steps``
+    steps.
 
     freedom "tension": insertion = progress, rotation 0, the tension that minimises the body's rms distance from the
     reference curve. "full": tension and rotation free; the insertion is matched so that the tip's foot point on the
     reference lies at eta L_na (clamped at full insertion), never free, since retracting would always win. "paper": the
     paper's own search, ascending tension, first shape whose body lies within ``tolerance`` (m) of the reference's
-    ``reference_samples`` points everywhere, else the closest; ``tension_step`` (N). The paper prints none of these three
-    numbers: they are our assumptions. watch(done, steps) is called after each step.
+    ``reference_samples`` points everywhere, else the closest; ``tension_step`` (N). The paper prints none of these
+    three numbers: they are our assumptions. watch(done, steps) is called after each step.
 
     Returns a `Plan`. Raises `InvalidInput`, `NotConverged`. Source: paper II-C, II-D; docs/derivations.
     """
@@ -74,7 +76,7 @@ class _Leader:
     def __init__(self, robot: Robot, target: float, gravity) -> None:
         self.robot, self.target, self.gravity, self.length = robot, target, gravity, robot.length_na
         shape = solve(robot, target, gravity, accuracy=0.1 * PLANNING_ACCURACY)
-        self.steps = 2 * max(16, -(-shape._steps // 4))
+        self.steps = 2 * max(16, -(-shape.steps // 4))
         self.sigma = np.linspace(0.0, 1.0, self.steps + 1)  # the integrator's own nodes; Simpson's rule over them
         self.weights = np.ones(self.steps + 1)
         self.weights[1:-1:2], self.weights[2:-1:2] = 4.0, 2.0

@@ -90,7 +90,9 @@ class Plan:
         return float(np.sqrt(np.mean(self.tip_error_at_progress**2)))
 
     def polynomial(self, degree: int = 2) -> np.ndarray:
-        """(degree + 1,) least-squares polynomial tension(progress) in N, highest power first, as the paper prints its own."""
+        """(degree + 1,) least-squares polynomial tension(progress) in N, highest power first, as the paper prints its
+        own.
+        """
         most = self.progress.size - 1
         if isinstance(degree, bool) or not isinstance(degree, (int, np.integer)) or not 0 <= degree <= most:
             raise InvalidInput("degree", degree, f"a whole number from 0 to {most}, one less than the plan's steps")

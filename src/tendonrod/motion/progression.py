@@ -36,9 +36,10 @@ def progress(robot: Robot, insertion, rotation, tension, samples: int | None = N
 
     insertion (n,), rotation (n,) rad, tension (n,) or (n, n_tendons) N; a single number holds throughout.
     samples: sections per shape, evenly spread over the exposed length (None: the integrator's nodes). watch(done, n) is
-    called after each step. loads: gravity, tip_force and the other keywords of `tendonrod.solve`. Rotation is that of the
-    section frame at the outer tube's exit: 0 throughout is the paper's follow-the-leader law phi_p = 2 pi turns (eta - 1).
-    Raises `InvalidInput` that names the row, and `NotConverged`.
+    called after each step. loads: gravity, tip_force and the other keywords of `tendonrod.solve`. Rotation is that of
+    the
+    section frame at the outer tube's exit: 0 throughout is the paper's follow-the-leader law phi_p = 2 pi turns (eta
+    - 1). Raises `InvalidInput` that names the row, and `NotConverged`.
     """
     insertion, rotation, tension = _table(robot, insertion, rotation, tension)
     shapes: list[Shape] = []

@@ -2,35 +2,36 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 
-from .shape import state_size
+from .shape import capacity, state_size
 
 STEPS = 32  # of the integrator, while under way
 SMALLEST = 1.0 / 4096  # step of the load factor at which the way counts as closed
-# Ways from (load, tension) = (0, .) to (1, 1). The first starts from the tendons alone, where the answer is always known.
+# Ways from (load, tension) = (0, .) to (1, 1); the first starts from the tendons alone, where the answer is known.
 WAYS = (((0.0, 1.0), (1.0, 1.0)), ((0.0, 0.0), (1.0, 1.0)), ((0.0, 0.0), (1.0, 0.0), (1.0, 1.0)))
 
 
 def follow_load(kernel, rod, tendons, problem):
     """(code, load factor reached on the first way, stats, state, jacobian), as the kernel's own solve."""
-    first = None
-    for way in WAYS:
+    ways = WAYS if problem[:12].any() and tendons[:, 6].any() else WAYS[1:2]  # else all ways are the same
+    failures = []
+    for way in ways:
         code, reached, walker = _walk(kernel, rod, tendons, problem, way)
-        first = reached if first is None else first
         if code == 0:
             code, stats, state, jacobian = walker.arrive()
             if code == 0:
                 return code, 1.0, stats, state, jacobian
-        if not problem[:12].any() or not tendons[:, 6].any():
-            break  # the other ways are the same
-    return code, min(first, 1.0 - SMALLEST), walker.stats, walker.state, walker.jacobian
+        failures.append((code, min(reached, 1.0 - SMALLEST), walker.stats, walker.state, walker.jacobian))
+    return failures[0]
 
 
 def _walk(kernel, rod, tendons, problem, way):
     walker = _Walker(kernel, rod, tendons, problem)
     code, done = walker.go(*way[0]), 0.0
-    for (load0, tension0), (load1, tension1) in zip(way[:-1], way[1:], strict=True):
+    for (load0, tension0), (load1, tension1) in pairwise(way):
         at, stride = 0.0, 0.25
         while code == 0 and at < 1.0:
             to = min(1.0, at + stride)
@@ -84,7 +85,7 @@ class _Walker:
 
 def transfer(source, half: int, n: int, state) -> None:
     """Copy ``n`` steps of one half of a solved state to the first half of another, of other capacity."""
-    old, new = (source.size // 2 - 19) // 40, (state.size // 2 - 19) // 40
+    old, new = capacity(source), capacity(state)
     at, to = half * (source.size // 2), 0
     for width, last in ((1, 1), (12, 12), (3, 3), (12, 0), (12, 3)):
         state[to : to + width * n + last] = source[at : at + width * n + last]

@@ -1,8 +1,11 @@
-"""`solve`: from a robot and its loads to a `Shape`. The mathematics is in `kernel`; here are checks and continuation."""
+"""`solve`: from a robot and its loads to a `Shape`. The mathematics is in `kernel`; here are checks and
+continuation.
+"""
 
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 from math import cos, inf, isfinite, sin
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -16,6 +19,7 @@ from .shape import Shape, Status, state_size
 if TYPE_CHECKING:
     from ..robot import Robot
 
+Vector = Sequence[float] | np.ndarray
 ZERO = (0.0, 0.0, 0.0)
 START_CAPACITY, MOST_STEPS = 24, 20_000
 _OUTCOME = {0: Status.CONVERGED, 1: Status.LOCAL_FAILED, 2: Status.STALLED, 3: Status.TOO_FINE}
@@ -24,15 +28,15 @@ _kernel = None
 
 def solve(
     robot: Robot,
-    tensions=0.0,
-    gravity=ZERO,
-    tip_force=ZERO,
-    tip_moment=ZERO,
-    distributed_force=ZERO,
-    distributed_moment=ZERO,
+    tensions: float | Sequence[float] | np.ndarray = 0.0,
+    gravity: Vector = ZERO,
+    tip_force: Vector = ZERO,
+    tip_moment: Vector = ZERO,
+    distributed_force: Vector = ZERO,
+    distributed_moment: Vector = ZERO,
     insertion: float = 1.0,
     rotation: float = 0.0,
-    s=None,
+    s: Sequence[float] | np.ndarray | None = None,
     accuracy: float = 1e-6,
     steps: int | None = None,
     start: Shape | None = None,
@@ -41,18 +45,21 @@ def solve(
     """Static equilibrium of the exposed robot under tendon tensions and dead loads.
 
     tensions: N, >= 0, one number (for every tendon) or (n_tendons,). gravity: (3,) m/s2. tip_force (3,) N, tip_moment
-    (3,) N m, distributed_force (3,) N/m and distributed_moment (3,) N per metre of s: dead loads, all in the world frame.
+    (3,) N m, distributed_force (3,) N/m and distributed_moment (3,) N per metre of s: dead loads, all in the world
+    frame.
     insertion: exposed share eta in [0, 1]. rotation: angle (rad) of the section frame at the outer tube's exit about
     world z, R(0) = Rz(rotation), p(0) = Rz(rotation) [-r_na, 0, 0]; 0 is what follow-the-leader motion gives.
     s: arc lengths (m) from the exit at which to report, None for the integrator's nodes. accuracy: position error (m)
     anywhere on the body. steps: fixes the number of integration steps instead. start: a neighbouring solution.
 
-    Returns a `Shape`. Raises `InvalidInput`; `NotConverged` unless ``throw`` is False, which returns the status instead.
-    Source: Cosserat rod of the paper's eqs. 1-5 with the corrections of docs/derivations, in total-force form.
+    Returns a `Shape`. Raises `InvalidInput`; `NotConverged` unless ``throw`` is False, which returns the status
+    instead. Source: Cosserat rod of the paper's eqs. 1-5 with the corrections of docs/derivations, in total-force form.
     """
     kernel = _kernel or load_kernel()
     rod, tendons = _rod_constants(robot), _tendon_table(robot, tensions)
-    problem = _problem(robot, gravity, tip_force, tip_moment, distributed_force, distributed_moment, insertion, rotation)
+    problem = _problem(
+        robot, gravity, tip_force, tip_moment, distributed_force, distributed_moment, insertion, rotation
+    )
     problem[26] = within("accuracy", accuracy, 1e-12, 1.0)
     if steps is not None:
         problem[27] = _step_count(steps)
@@ -70,23 +77,20 @@ def solve(
     else:
         at = np.linspace(0.0, length, 2) if at is None else at
         rows = np.full((at.size, 24), np.nan)
-    rows.setflags(write=False)
-    at.setflags(write=False)
+    applied = tendons[:, 6]
+    for array in (rows, at, applied):
+        array.setflags(write=False)
     return Shape(
         robot=robot,
-        tensions=tendons[:, 6],
+        tensions=applied,
         s=at,
         status=_OUTCOME[code],
-        residual=float(stats[0]),
-        iterations=int(stats[1]),
-        error_estimate=float(stats[6]),
         load_factor=reached,
         _rows=rows,
         _problem=problem,
         _state=state,
         _jacobian=jacobian,
-        _steps=n,
-        _half=half,
+        _stats=stats,
     )
 
 
@@ -96,7 +100,7 @@ def load_kernel():
     from . import kernel
 
     source = Path(kernel.__file__).stat().st_mtime
-    cache = Path(kernel.equilibrium.stats.cache_path)
+    cache = Path(str(kernel.equilibrium.stats.cache_path))
     if not any(index.stat().st_mtime >= source for index in cache.glob("kernel.sample-*.nbi")):
         print("tendonrod: compiling the statics kernel, about 15 s, once per installation", file=sys.stderr, flush=True)
     _kernel = kernel
@@ -203,16 +207,16 @@ def _solved(kernel, rod, tendons, problem, start):
     stats, jacobian, scratch = np.empty(8), np.empty((3, 3)), np.empty(kernel.SCRATCH)
     capacity = max(START_CAPACITY, int(problem[27]))
     if start is not None:
-        if start._steps and start.converged and len(start.tensions) == len(tendons):
-            capacity = max(capacity, start._steps)
+        if start.steps and start.converged and len(start.tensions) == len(tendons):
+            capacity = max(capacity, start.steps)
         else:
             start = None
     while True:
         state = np.empty(state_size(capacity))
         if start is not None:
-            transfer(start._state, start._half, start._steps, state)
+            transfer(start._state, start._half, start.steps, state)
             jacobian[:] = start._jacobian
-            problem[28], problem[29] = start._steps, start.error_estimate or inf
+            problem[28], problem[29] = start.steps, start.error_estimate or inf
         code = kernel.equilibrium(rod, tendons, problem, state, jacobian, stats, scratch)
         if code == 3 and stats[4] <= MOST_STEPS:
             capacity = int(stats[4]) + 2 * len(tendons) + 2
@@ -223,5 +227,5 @@ def _solved(kernel, rod, tendons, problem, start):
 
 
 def _failure(status: Status, reached: float, residual: float) -> NotConverged:
-    what, _, advice = status.partition("; ") if "; " in status else status.partition(": ")
+    what, _, advice = status.partition("; ")
     return NotConverged(status=what, load_factor=reached, residual=float(residual), advice=advice)

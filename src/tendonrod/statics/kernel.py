@@ -1,5 +1,8 @@
 """Compiled statics of one rod: arrays in, arrays out, nothing allocated. Derivation: docs/method.rst.
 
+One file on purpose: Numba's cache on disk watches only the file in which a function stands, so a kernel spread over
+several would go on running old code after a change in one of them. Order: section, step, walk, shooting, whole solve.
+
 Field symbols throughout. ``p, R`` place and orientation of the section, ``v, u`` its strains (local frame), ``N, M`` total
 internal force and moment (world frame), ``n, m`` the same in the local frame, ``r`` tendon, ``t`` its unit tangent.
 
@@ -82,18 +85,46 @@ def strain_step(rod, tendons, s_m, s_mid, n0, n1, n2, m0, m1, m2, x, at, C, c):
         d00, d01, d02 = d00 + Y * Y * k22, d01 - X * Y * k22, d02 + Y * e22  # K22 = r^ K12
         d11, d12, d22 = d11 + X * X * k22, d12 - X * e22, d22 + X * e12 - Y * e02
     i00, i01, i02, i11, i12, i22 = inverse3(a00, a01, a02, a11, a12, a22)
-    w00, w01, w02 = i00 * b00 + i01 * b10 + i02 * b20, i00 * b01 + i01 * b11 + i02 * b21, i00 * b02 + i01 * b12 + i02 * b22
-    w10, w11, w12 = i01 * b00 + i11 * b10 + i12 * b20, i01 * b01 + i11 * b11 + i12 * b21, i01 * b02 + i11 * b12 + i12 * b22
-    w20, w21, w22 = i02 * b00 + i12 * b10 + i22 * b20, i02 * b01 + i12 * b11 + i22 * b21, i02 * b02 + i12 * b12 + i22 * b22
+    w00, w01, w02 = (
+        i00 * b00 + i01 * b10 + i02 * b20,
+        i00 * b01 + i01 * b11 + i02 * b21,
+        i00 * b02 + i01 * b12 + i02 * b22,
+    )
+    w10, w11, w12 = (
+        i01 * b00 + i11 * b10 + i12 * b20,
+        i01 * b01 + i11 * b11 + i12 * b21,
+        i01 * b02 + i11 * b12 + i12 * b22,
+    )
+    w20, w21, w22 = (
+        i02 * b00 + i12 * b10 + i22 * b20,
+        i02 * b01 + i12 * b11 + i22 * b21,
+        i02 * b02 + i12 * b12 + i22 * b22,
+    )
     s00, s01, s02, s11, s12, s22 = inverse3(
         d00 - b00 * w00 - b10 * w10 - b20 * w20, d01 - b00 * w01 - b10 * w11 - b20 * w21,
         d02 - b00 * w02 - b10 * w12 - b20 * w22, d11 - b01 * w01 - b11 * w11 - b21 * w21,
         d12 - b01 * w02 - b11 * w12 - b21 * w22, d22 - b02 * w02 - b12 * w12 - b22 * w22,
     )  # fmt: skip
-    h00, h01, h02 = w00 * s00 + w01 * s01 + w02 * s02, w00 * s01 + w01 * s11 + w02 * s12, w00 * s02 + w01 * s12 + w02 * s22
-    h10, h11, h12 = w10 * s00 + w11 * s01 + w12 * s02, w10 * s01 + w11 * s11 + w12 * s12, w10 * s02 + w11 * s12 + w12 * s22
-    h20, h21, h22 = w20 * s00 + w21 * s01 + w22 * s02, w20 * s01 + w21 * s11 + w22 * s12, w20 * s02 + w21 * s12 + w22 * s22
-    C[c], C[c + 1], C[c + 2] = i00 + h00 * w00 + h01 * w01 + h02 * w02, i01 + h00 * w10 + h01 * w11 + h02 * w12, i02 + h00 * w20 + h01 * w21 + h02 * w22
+    h00, h01, h02 = (
+        w00 * s00 + w01 * s01 + w02 * s02,
+        w00 * s01 + w01 * s11 + w02 * s12,
+        w00 * s02 + w01 * s12 + w02 * s22,
+    )
+    h10, h11, h12 = (
+        w10 * s00 + w11 * s01 + w12 * s02,
+        w10 * s01 + w11 * s11 + w12 * s12,
+        w10 * s02 + w11 * s12 + w12 * s22,
+    )
+    h20, h21, h22 = (
+        w20 * s00 + w21 * s01 + w22 * s02,
+        w20 * s01 + w21 * s11 + w22 * s12,
+        w20 * s02 + w21 * s12 + w22 * s22,
+    )
+    C[c], C[c + 1], C[c + 2] = (
+        i00 + h00 * w00 + h01 * w01 + h02 * w02,
+        i01 + h00 * w10 + h01 * w11 + h02 * w12,
+        i02 + h00 * w20 + h01 * w21 + h02 * w22,
+    )
     C[c + 7], C[c + 8] = i11 + h10 * w10 + h11 * w11 + h12 * w12, i12 + h10 * w20 + h11 * w21 + h12 * w22
     C[c + 14] = i22 + h20 * w20 + h21 * w21 + h22 * w22
     C[c + 6], C[c + 12], C[c + 13] = C[c + 1], C[c + 2], C[c + 8]
@@ -155,8 +186,16 @@ def magnus(g, at, x, k, T, h, out, to):
     """Fourth-order Magnus move over T <= h, strain linear through its values x[k:k+6], x[k+6:k+12] at the Gauss nodes."""
     w = 1.0 / (h * (1.0 - 2.0 * GAUSS))
     lever = w * (0.5 * T - GAUSS * h)
-    a0, a1, a2 = x[k] + lever * (x[k + 6] - x[k]), x[k + 1] + lever * (x[k + 7] - x[k + 1]), x[k + 2] + lever * (x[k + 8] - x[k + 2])
-    b0, b1, b2 = x[k + 3] + lever * (x[k + 9] - x[k + 3]), x[k + 4] + lever * (x[k + 10] - x[k + 4]), x[k + 5] + lever * (x[k + 11] - x[k + 5])
+    a0, a1, a2 = (
+        x[k] + lever * (x[k + 6] - x[k]),
+        x[k + 1] + lever * (x[k + 7] - x[k + 1]),
+        x[k + 2] + lever * (x[k + 8] - x[k + 2]),
+    )
+    b0, b1, b2 = (
+        x[k + 3] + lever * (x[k + 9] - x[k + 3]),
+        x[k + 4] + lever * (x[k + 10] - x[k + 4]),
+        x[k + 5] + lever * (x[k + 11] - x[k + 5]),
+    )
     c = T * T * T * w / 12.0  # half the double integral of [xi(s1), xi(s2)] = [xi1, xi2] (s2 - s1) / (h / sqrt 3)
     v0, v1, v2, u0, u1, u2 = x[k], x[k + 1], x[k + 2], x[k + 3], x[k + 4], x[k + 5]
     y0, y1, y2, z0, z1, z2 = x[k + 6], x[k + 7], x[k + 8], x[k + 9], x[k + 10], x[k + 11]
@@ -295,7 +334,9 @@ def integrate(rod, tendons, load, span, grid, n, g, M, x, tol, with_jacobian, J,
                 for q in range(VARIED + j, VARIED + j + 6):
                     w[q] += 0.5 * h * w[q + 18]
                 # at the second node: Y + c2 h k1, of which h/2 k1 is already in
-                vary(w, FRAME2, MOMENT2, x, 12 * i + 6, C2, b0, b1, b2, w, VARIED + j, (0.5 - GAUSS) * h, w, w, SLOPE + j)
+                vary(
+                    w, FRAME2, MOMENT2, x, 12 * i + 6, C2, b0, b1, b2, w, VARIED + j, (0.5 - GAUSS) * h, w, w, SLOPE + j
+                )
                 for q in range(VARIED + j, VARIED + j + 6):
                     w[q] += 0.5 * h * w[q + 18]
     if with_jacobian:
@@ -308,9 +349,21 @@ def integrate(rod, tendons, load, span, grid, n, g, M, x, tol, with_jacobian, J,
 @jit
 def linear_solve3(J, r0, r1, r2):
     """Solution of J y = r by Cramer's rule; not finite when J is singular."""
-    a0, a1, a2 = J[1, 1] * J[2, 2] - J[1, 2] * J[2, 1], J[0, 2] * J[2, 1] - J[0, 1] * J[2, 2], J[0, 1] * J[1, 2] - J[0, 2] * J[1, 1]
-    b0, b1, b2 = J[1, 2] * J[2, 0] - J[1, 0] * J[2, 2], J[0, 0] * J[2, 2] - J[0, 2] * J[2, 0], J[0, 2] * J[1, 0] - J[0, 0] * J[1, 2]
-    c0, c1, c2 = J[1, 0] * J[2, 1] - J[1, 1] * J[2, 0], J[0, 1] * J[2, 0] - J[0, 0] * J[2, 1], J[0, 0] * J[1, 1] - J[0, 1] * J[1, 0]
+    a0, a1, a2 = (
+        J[1, 1] * J[2, 2] - J[1, 2] * J[2, 1],
+        J[0, 2] * J[2, 1] - J[0, 1] * J[2, 2],
+        J[0, 1] * J[1, 2] - J[0, 2] * J[1, 1],
+    )
+    b0, b1, b2 = (
+        J[1, 2] * J[2, 0] - J[1, 0] * J[2, 2],
+        J[0, 0] * J[2, 2] - J[0, 2] * J[2, 0],
+        J[0, 2] * J[1, 0] - J[0, 0] * J[1, 2],
+    )
+    c0, c1, c2 = (
+        J[1, 0] * J[2, 1] - J[1, 1] * J[2, 0],
+        J[0, 1] * J[2, 0] - J[0, 0] * J[2, 1],
+        J[0, 0] * J[1, 1] - J[0, 1] * J[1, 0],
+    )
     w = 1.0 / (J[0, 0] * a0 + J[0, 1] * b0 + J[0, 2] * c0)
     return (a0 * r0 + a1 * r1 + a2 * r2) * w, (b0 * r0 + b1 * r1 + b2 * r2) * w, (c0 * r0 + c1 * r1 + c2 * r2) * w
 
@@ -343,7 +396,7 @@ def shoot(rod, tendons, load, span, grid, n, g, M, x, J, have_jacobian, tol, sof
             fresh = True
         elif before < 1e300:
             if r > 0.6 * before:
-                if r * softness < 1e3 * fine and fine > 1e-5 * tol:  # it may be the stages that speak here: listen closer
+                if r * softness < 1e3 * fine and fine > 1e-5 * tol:  # the stages may speak louder than the residual
                     fine, before, loose = 0.03 * fine, 1e300, 0.0
                     continue
                 if fresh or r > 10.0 * before:
@@ -429,14 +482,14 @@ def unloaded(rod, tendons, span, grid, n, x, w):
         h = grid[i + 1] - grid[i]
         for part in range(2):
             s_m = span[1] + grid[i] + (GAUSS if part == 0 else 1.0 - GAUSS) * h
-            settled = False
+            left = 1.0
             for _ in range(200):
                 dv, du = strain_step(rod, tendons, s_m, span[1] + grid[i] + 0.5 * h,
                                      0.0, 0.0, 0.0, 0.0, 0.0, 0.0, w, VARIED, w, C1)  # fmt: skip
-                if dv + span[0] * du < 1e-13:
-                    settled = True
+                left = dv + span[0] * du
+                if left < 1e-13:
                     break
-            if not settled and not dv + span[0] * du < 1e-9:
+            if not left < 1e-9:
                 return False
             for q in range(6):
                 x[12 * i + 6 * part + q] = w[VARIED + q]
@@ -444,18 +497,19 @@ def unloaded(rod, tendons, span, grid, n, x, w):
 
 
 @jit
-def unloaded_moment(load, n, grid, g, x):
+def unloaded_moment(load, n, grid, g, x, w):
     """Walk the unloaded rod and return the base moment that the dead loads would need there: the cold guess."""
-    a0 = a1 = a2 = 0.0
+    for j in range(3):
+        w[SLOPE + j] = 0.0
     for i in range(n):  # integral of p by the trapezoid rule with end slopes p' = R v, fourth order
         h, a, b = grid[i + 1] - grid[i], 12 * i, 12 * i + 12
         magnus(g, a, x, a, h, h, g, b)
-        v0, v1, v2, c = 0.5 * (x[a] + x[a + 6]), 0.5 * (x[a + 1] + x[a + 7]), 0.5 * (x[a + 2] + x[a + 8]), h / 6.0
-        a0 += 0.5 * h * (g[a] + g[b] + c * ((g[a + 3] - g[b + 3]) * v0 + (g[a + 4] - g[b + 4]) * v1 + (g[a + 5] - g[b + 5]) * v2))
-        a1 += 0.5 * h * (g[a + 1] + g[b + 1] + c * ((g[a + 6] - g[b + 6]) * v0 + (g[a + 7] - g[b + 7]) * v1 + (g[a + 8] - g[b + 8]) * v2))
-        a2 += 0.5 * h * (g[a + 2] + g[b + 2] + c * ((g[a + 9] - g[b + 9]) * v0 + (g[a + 10] - g[b + 10]) * v1 + (g[a + 11] - g[b + 11]) * v2))
-    length = grid[n]
-    a0, a1, a2 = a0 - length * g[0], a1 - length * g[1], a2 - length * g[2]
+        for j in range(3):
+            bend = 0.0
+            for q in range(3):
+                bend += (g[a + 3 + 3 * j + q] - g[b + 3 + 3 * j + q]) * (x[a + q] + x[a + 6 + q])
+            w[SLOPE + j] += 0.5 * h * (g[a + j] + g[b + j] - 2.0 * g[j] + h / 12.0 * bend)
+    length, a0, a1, a2 = grid[n], w[SLOPE], w[SLOPE + 1], w[SLOPE + 2]
     b0, b1, b2 = g[12 * n] - g[0], g[12 * n + 1] - g[1], g[12 * n + 2] - g[2]
     return (
         load[3] + length * load[9] + b1 * load[2] - b2 * load[1] + a1 * load[8] - a2 * load[7],
@@ -518,7 +572,7 @@ def equilibrium(rod, tendons, problem, state, J, stats, w):
         grid2, g2, M2, x2, only2 = parts(state, cap, 1)
         if not unloaded(rod, tendons, span, grid, n, x2, w):
             return LOCAL_FAILED
-        m0, m1, m2 = unloaded_moment(load, n, grid, g, x2)
+        m0, m1, m2 = unloaded_moment(load, n, grid, g, x2, w)
         M[0], M[1], M[2] = M[0] + m0 - only[12 * n], M[1] + m1 - only[12 * n + 1], M[2] + m2 - only[12 * n + 2]
         only[12 * n], only[12 * n + 1], only[12 * n + 2] = m0, m1, m2
         moved, size, own, own_before = 0.0, 0.0, 0.0, 0.0
@@ -557,7 +611,7 @@ def equilibrium(rod, tendons, problem, state, J, stats, w):
         n = lay(tendons, span, min(n, cap // 2 if steps == 0 else cap), grid)
         if not unloaded(rod, tendons, span, grid, n, x, w):
             return LOCAL_FAILED
-        M[0], M[1], M[2] = unloaded_moment(load, n, grid, g, x)
+        M[0], M[1], M[2] = unloaded_moment(load, n, grid, g, x, w)
         for i in range(12 * n):
             only[i] = x[i]
         only[12 * n], only[12 * n + 1], only[12 * n + 2] = M[0], M[1], M[2]
@@ -605,7 +659,7 @@ def equilibrium(rod, tendons, problem, state, J, stats, w):
 def sample(rod, tendons, problem, state, half, n, at, tol, out, w):
     """Rows (p[3] R[9] v[3] u[3] N[3] M[3]) at arc lengths ``at``, each by one step from the node before it."""
     load, span = problem[:12], problem[12:14]
-    grid, g, M, x, only = parts(state, capacity(state), half)
+    grid, g, M, x, _ = parts(state, capacity(state), half)
     k = 0
     for i in range(at.shape[0]):
         s = at[i]

@@ -37,27 +37,32 @@ class Limit:
 
 
 def tension_limits(robot: Robot) -> tuple[Limit, ...]:
-    """Limits of ``robot`` as `Limit`, for each tendon pulled alone without external load; physics from docs/limitations."""
+    """Limits of ``robot`` as `Limit`, for each tendon pulled alone without external load; physics from
+    docs/limitations.
+    """
     return tuple(limit for i in range(robot.n_tendons) for limit in _tendon_limits(robot, i))
 
 
 def euler_loads(robot: Robot) -> tuple[float, float]:
-    """Buckling load (N) of the straight extended robot, clamped and free: with the softer bending stiffness, and with the
-    harmonic mean of both, which a section that turns along the rod approaches."""
+    """Buckling load (N) of the straight extended robot, clamped and free: with the softer bending stiffness, and with
+    the harmonic mean of both, which a section that turns along the rod approaches."""
     x, y = robot.section.Kbt[:2].tolist()
     scale = (0.5 * pi / robot.section.L_na) ** 2
     return scale * min(x, y), scale * 2.0 * x * y / (x + y)
 
 
-def fibre_strain(shape: Shape) -> np.ndarray | None:
-    """(n,) largest axial strain over the section, or None where the section's outline is not known (rod given by area)."""
+def fibre_strain(shape: Shape) -> np.ndarray:
+    """(n,) largest axial strain over the section; NaN where its outline is not known (a rod given by area)."""
     section = shape.robot.section
     du, dv = shape.u - section.u_star, shape.v - section.v_star
-    return shape.robot.body.fibre_strain(du[:, 0], du[:, 1], dv[:, 2])
+    strain = shape.robot.body.fibre_strain(du[:, 0], du[:, 1], dv[:, 2])
+    return np.full(shape.s.shape, np.nan) if strain is None else strain
 
 
 def wall_pressure(shape: Shape, i: int) -> np.ndarray:
-    """(n,) (u x q)_x of tendon ``i``, 1/m: positive where the tendon presses on the notched wall, negative where it lifts."""
+    """(n,) (u x q)_x of tendon ``i``, 1/m: positive where the tendon presses on the notched wall, negative where it
+    lifts.
+    """
     routing = shape.robot.routing[i]
     x, y, _ = shape.robot.tendon_position(i, shape.material_coordinate).T
     slope = routing[4] * np.stack([routing[1] - y, x - routing[0], 0.0 * x], axis=1)
@@ -66,20 +71,20 @@ def wall_pressure(shape: Shape, i: int) -> np.ndarray:
 
 
 def shape_warnings(shape: Shape) -> tuple[str, ...]:
-    """One sentence for each limit that ``shape`` passes; see `tendonrod.Shape.warnings`."""
+    """One sentence for each limit that ``shape`` passes anywhere on its body; see `tendonrod.Shape.warnings`."""
     if not shape.converged:
         return ()
-    return tuple(_strain_warnings(shape) + _closure_warnings(shape) + _lift_warnings(shape))
+    whole = shape.at(np.linspace(0.0, shape.length, max(16, shape.steps) + 1))
+    return tuple(_strain_warnings(whole) + _closure_warnings(whole) + _lift_warnings(whole))
 
 
 def _strain_warnings(shape: Shape) -> list[str]:
     strain = fibre_strain(shape)
-    if strain is None or strain.max() <= PLATEAU_STRAIN:
+    if not strain.max() > PLATEAU_STRAIN:
         return []
-    return [
-        f"strain {100 * strain.max():.3g} % at s = {1e3 * shape.s[strain.argmax()]:.3g} mm is past the superelastic plateau "
-        f"({100 * PLATEAU_STRAIN:.2f} %), where the linear model is wrong"
-    ]
+    where, limit = 1e3 * shape.s[strain.argmax()], 100 * PLATEAU_STRAIN
+    found = f"strain {100 * strain.max():.3g} % at s = {where:.3g} mm is past the superelastic plateau"
+    return [f"{found}, {limit:.2f} %, beyond which the linear model is wrong"]
 
 
 def _closure_warnings(shape: Shape) -> list[str]:
@@ -97,7 +102,7 @@ def _lift_warnings(shape: Shape) -> list[str]:
         reach = shape.material_coordinate <= shape.robot.routing[i, 5]
         if np.any(wall_pressure(shape, i)[reach] <= 0.0):
             found.append(
-                f"tendon {i + 1} lifts off the notched wall at {shape.tensions[i]:.4g} N and takes a shorter path than modelled"
+                f"tendon {i + 1} lifts off the notched wall and runs shorter than modelled, below its lift-off tension"
             )
     return found
 
@@ -120,7 +125,6 @@ def _tendon_limits(robot: Robot, i: int) -> list[Limit]:
 
 def _crossing(robot: Robot, i: int, excess) -> float | None:
     """Smallest searched tension at which ``excess(shape)`` turns positive, to 1e-12 N; None where it never does."""
-    from scipy.optimize import brentq
 
     def at(tension: float) -> float:
         tensions = np.zeros(robot.n_tendons)
@@ -134,6 +138,12 @@ def _crossing(robot: Robot, i: int, excess) -> float | None:
         except NotConverged:
             return None
         if now > 0.0 and before is not None:
-            return float(brentq(at, low, tension, xtol=1e-12)) if before < 0.0 else low
+            return _root(at, low, tension) if before < 0.0 else low
         before, low = now, tension
     return None
+
+
+def _root(function, low: float, high: float) -> float:
+    from scipy.optimize import brentq
+
+    return float(brentq(function, low, high, xtol=1e-12))  # pyright: ignore[reportArgumentType] - stub of full_output

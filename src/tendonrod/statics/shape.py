@@ -18,15 +18,16 @@ if TYPE_CHECKING:
 class Status(StrEnum):
     """How a solve ended; each value is a sentence that says what to do."""
 
-    CONVERGED = "converged: force and moment balance within the tolerance"
+    CONVERGED = "force and moment balance within the tolerance"
     STALLED = (
-        "no equilibrium found on the way from the unloaded robot to the full load: it may have buckled or folded there; "
+        "no equilibrium found on the way from the unloaded robot to the full load, where it may buckle or fold; "
         "lower the load, or go there in small steps with start="
     )
     LOCAL_FAILED = (
-        "the strain of a section could not be balanced: the tensions crush the rod; lower the tensions or check the section"
+        "the strain of a section could not be balanced, because the tensions crush the rod; "
+        "lower the tensions or check the section"
     )
-    TOO_FINE = "the accuracy asked for needs more steps than allowed: ask for a larger accuracy"
+    TOO_FINE = "the accuracy asked for needs more steps than allowed; ask for a larger accuracy"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -40,16 +41,12 @@ class Shape:
     tensions: np.ndarray
     s: np.ndarray
     status: Status
-    residual: float
-    iterations: int
-    error_estimate: float
     load_factor: float
     _rows: np.ndarray = field(repr=False)
     _problem: np.ndarray = field(repr=False)
     _state: np.ndarray = field(repr=False)
     _jacobian: np.ndarray = field(repr=False)
-    _steps: int
-    _half: int
+    _stats: np.ndarray = field(repr=False)
 
     def __repr__(self) -> str:
         tip = ", ".join(f"{1e3 * x:.4g}" for x in self.tip)
@@ -59,6 +56,26 @@ class Shape:
     def converged(self) -> bool:
         """Whether force and moment balance within the tolerance."""
         return self.status is Status.CONVERGED
+
+    @property
+    def residual(self) -> float:
+        """Moment left over at the tip, in units of EI / length of the softest stiffness; dimensionless."""
+        return float(self._stats[0])
+
+    @property
+    def iterations(self) -> int:
+        """Trial base moments, over all grids."""
+        return int(self._stats[1])
+
+    @property
+    def error_estimate(self) -> float:
+        """Estimated position error (m) anywhere on the body; 0 where the closed form holds or ``steps`` were given."""
+        return float(self._stats[6])
+
+    @property
+    def steps(self) -> int:
+        """Steps of the integrator."""
+        return int(self._stats[4])
 
     @property
     def position(self) -> np.ndarray:
@@ -100,8 +117,12 @@ class Shape:
         """(3,) end of the neutral axis, m, whether or not ``s`` reaches it."""
         if not self.converged:
             return np.full(3, np.nan)
-        at = self._half * (self._state.size // 2) + _capacity(self._state) + 1 + 12 * self._steps
-        return self._state[at : at + 3]
+        at = self._half * (self._state.size // 2) + capacity(self._state) + 1 + 12 * self.steps
+        return self._state[at : at + 3].copy()
+
+    @property
+    def _half(self) -> int:
+        return int(self._stats[5])
 
     @property
     def length(self) -> float:
@@ -116,7 +137,7 @@ class Shape:
     @property
     def gravity_load(self) -> np.ndarray:
         """(3,) distributed force per metre of s, gravity included, world frame, N/m."""
-        return self._problem[6:9]
+        return self._problem[6:9].copy()
 
     @property
     def material_coordinate(self) -> np.ndarray:
@@ -125,7 +146,7 @@ class Shape:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Sentences on where the linear model leaves its range: plateau, closed notches, lifted tendon (docs/limitations)."""
+        """Sentences on where the linear model leaves its range: plateau, closed notches, lifted tendon."""
         from .limits import shape_warnings
 
         return shape_warnings(self)
@@ -147,21 +168,23 @@ class Shape:
         return self.position[reach] + np.einsum("nij,nj->ni", self.rotation[reach], offset)
 
     def at(self, s) -> Shape:
-        """The same configuration at other arc lengths ``s`` (m, within 0 and `length`), at the accuracy of the solve."""
+        """The same configuration at other arc lengths ``s`` (m, from 0 to `length`), equally accurate."""
         from .equilibrium import arc_lengths, sampled
 
         s = arc_lengths(s, self.length)
-        rows = sampled(self.robot, self._tendons(), self._problem, self._state, self._half, self._steps, s)
+        rows = sampled(self.robot, self._tendons(), self._problem, self._state, self._half, self.steps, s)
+        s.setflags(write=False)
         return replace(self, s=s, _rows=rows)
 
     def _tendons(self) -> np.ndarray:
         return np.column_stack([self.robot.routing, self.tensions])
 
 
-def _capacity(state: np.ndarray) -> int:
+def capacity(state: np.ndarray) -> int:
+    """Most steps for which the kernel's state array has room, see `kernel.parts`."""
     return (state.size // 2 - 19) // 40
 
 
-def state_size(capacity: int) -> int:
+def state_size(steps: int) -> int:
     """Length of the kernel's state array for so many steps."""
-    return 2 * (40 * capacity + 19)
+    return 2 * (40 * steps + 19)
