@@ -8,16 +8,13 @@ import sys
 from collections.abc import Sequence
 from math import cos, inf, isfinite, sin
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..errors import InvalidInput, NotConverged, finite, nonnegative, vector, within
+from ..robot import Robot
 from .continuation import follow_load, transfer
 from .shape import Shape, Status, state_size
-
-if TYPE_CHECKING:
-    from ..robot import Robot
 
 Vector = Sequence[float] | np.ndarray
 ZERO = (0.0, 0.0, 0.0)
@@ -55,6 +52,10 @@ def solve(
     Returns a `Shape`. Raises `InvalidInput`; `NotConverged` unless ``throw`` is False, which returns the status
     instead. Source: Cosserat rod of the paper's eqs. 1-5 with the corrections of docs/derivations, in total-force form.
     """
+    if not isinstance(robot, Robot):
+        raise InvalidInput("robot", robot, "a Robot, as load_robot gives it")
+    if not (start is None or isinstance(start, Shape)):
+        raise InvalidInput("start", start, "a Shape or None")
     kernel = _kernel or load_kernel()
     rod, tendons = _rod_constants(robot), _tendon_table(robot, tensions)
     problem = _problem(
@@ -113,7 +114,7 @@ def arc_lengths(s, length: float) -> np.ndarray:
         at = np.array(s, dtype=float)
     except (TypeError, ValueError):
         raise InvalidInput("s", s, f"numbers from 0 to the exposed length {length!r} m") from None
-    low, high = (at.min(), at.max()) if at.ndim == 1 and at.size else (inf, -inf)
+    low, high = (at.min(), at.max()) if at.ndim == 1 and at.size else (-inf, inf)
     if not (low >= 0.0 and high <= length * (1.0 + 1e-9)):
         raise InvalidInput("s", s, f"one or more numbers from 0 to the exposed length {length!r} m")
     return np.minimum(at, length, out=at)

@@ -439,6 +439,7 @@ def lay(tendons, span, n, grid):
         for k in range(1, steps + 1):
             grid[count + k] = left + (right - left) * k / steps
         count += steps
+        grid[count] = right
         left = right
         if right == length:
             return count
