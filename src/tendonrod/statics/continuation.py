@@ -9,6 +9,7 @@ import numpy as np
 from .shape import capacity, state_size
 
 STEPS = 32  # of the integrator, while under way
+FARTHEST = 0.05  # of the length: motion of the body in one step above which the step is halved, lest a branch be jumped
 SMALLEST = 1.0 / 4096  # step of the load factor at which the way counts as closed
 # Ways from (load, tension) = (0, .) to (1, 1); the first starts from the tendons alone, where the answer is known.
 WAYS = (((0.0, 1.0), (1.0, 1.0)), ((0.0, 0.0), (1.0, 1.0)), ((0.0, 0.0), (1.0, 0.0), (1.0, 1.0)))
@@ -77,10 +78,25 @@ class _Walker:
             transfer(self.state, int(self.stats[5]), int(self.stats[4]), state)
             problem[28] = self.stats[4]
         code = self.kernel.equilibrium(self.rod, tendons, problem, state, jacobian, stats, self.scratch)
+        if code == 0 and problem[27] > 0 and self._moved(state, stats) > FARTHEST * problem[12]:
+            code = 2
         if code == 0:
             self.state, self.jacobian, self.stats = state, jacobian, stats
         self.wanted = int(stats[4])
         return code
+
+    def _moved(self, state, stats) -> float:
+        """Largest distance (m) between the nodes of a new state and of the last good one, 0 if there is none."""
+        if not self.state.size or self.stats[4] != stats[4]:
+            return 0.0
+        new, old = nodes(state, int(stats[5]), int(stats[4])), nodes(self.state, int(self.stats[5]), int(self.stats[4]))
+        return float(np.linalg.norm(new - old, axis=1).max())
+
+
+def nodes(state, half: int, n: int) -> np.ndarray:
+    """(n + 1, 3) positions of the nodes of one half of a solved state, m."""
+    at = half * (state.size // 2) + capacity(state) + 1
+    return state[at : at + 12 * (n + 1)].reshape(-1, 12)[:, :3]
 
 
 def transfer(source, half: int, n: int, state) -> None:

@@ -32,6 +32,7 @@ W11, W12, W21, W22 = *_W[0], *_W[1]
 
 C1, C2, FRAME1, FRAME2, MOMENT1, MOMENT2, VARIED, SLOPE, RATIO = 0, 36, 72, 84, 96, 99, 102, 120, 138
 SCRATCH = 140
+FARTHEST = 0.15  # of the length: motion of the tip by the loads that a cold start may find at once
 CONVERGED, LOCAL_FAILED, STALLED, TOO_SMALL = 0, 1, 2, 3
 
 jit = njit(cache=True, error_model="numpy", fastmath={"contract", "nsz", "arcp"})
@@ -377,7 +378,8 @@ def shoot(rod, tendons, load, span, grid, n, g, M, x, J, have_jacobian, tol, sof
     stats: [0] residual (scaled to EI / length) [1] iterations [2] sweeps.
     """
     before, fresh, scale = 1e300, False, softness / span[0]
-    loose, fine = 1e-3 * span[0], 0.3 * tol  # how well the stages must settle: far from and near the answer
+    bound = 0.25  # the first correction must do this well (Deuflhard's restricted monotonicity), the others half as well
+    loose, fine = 1e-3 * span[0], max(0.3 * tol, 1e-14 * span[0])  # how well the stages must settle: far from and near the answer
     y0 = y1 = y2 = r0 = r1 = r2 = 0.0
     for iteration in range(limit):
         stats[1] += 1
@@ -395,22 +397,21 @@ def shoot(rod, tendons, load, span, grid, n, g, M, x, J, have_jacobian, tol, sof
         if want:
             fresh = True
         elif before < 1e300:
-            if r > 0.6 * before:
-                if r * softness < 1e3 * fine and fine > 1e-5 * tol:  # the stages may speak louder than the residual
-                    fine, before, loose = 0.03 * fine, 1e300, 0.0
+            if r > (bound if before * softness > 1e-3 * span[0] else 0.6) * before:
+                if r * softness < 1e3 * fine and fine > 1e-14 * span[0]:  # the stages may speak louder than the residual
+                    fine, before, loose = max(0.03 * fine, 1e-14 * span[0]), 1e300, 0.0
                     continue
-                if fresh or r > 10.0 * before:
+                if fresh:
                     return CONVERGED if r * softness < max(tol, 20 * floor) else STALLED
-                have_jacobian = False  # an old or updated Jacobian misled: take the exact one here
-                before = 1e300
-                loose = min(loose, 3e-3 * r * softness)
+                have_jacobian, before = False, 1e300  # an old or updated Jacobian misled: go back and take the exact one
+                M[0], M[1], M[2] = M[0] + y0, M[1] + y1, M[2] + y2
                 continue
             z = y0 * y0 + y1 * y1 + y2 * y2
             z = 1.0 / z if z > 0.0 else 0.0
             J[0, 0], J[0, 1], J[0, 2] = J[0, 0] - r0 * y0 * z, J[0, 1] - r0 * y1 * z, J[0, 2] - r0 * y2 * z
             J[1, 0], J[1, 1], J[1, 2] = J[1, 0] - r1 * y0 * z, J[1, 1] - r1 * y1 * z, J[1, 2] - r1 * y2 * z
             J[2, 0], J[2, 1], J[2, 2] = J[2, 0] - r2 * y0 * z, J[2, 1] - r2 * y1 * z, J[2, 2] - r2 * y2 * z
-            fresh = False
+            fresh, bound = False, 0.6
         have_jacobian = True
         y0, y1, y2 = linear_solve3(J, r0, r1, r2)
         size = math.sqrt(y0 * y0 + y1 * y1 + y2 * y2)
@@ -595,10 +596,11 @@ def equilibrium(rod, tendons, problem, state, J, stats, w):
         if status == CONVERGED:
             if steps > 0 or stats[6] <= accuracy:
                 return status
-            m, half = lay(tendons, span, (n + 1) // 2, grid2), 1
-            carry(grid, n, g, M, x, only, grid2, m, g2, M2, x2, only2)
-            grid, g, M, x, only, n = grid2, g2, M2, x2, only2, m
-            status = shoot(rod, tendons, load, span, grid, n, g, M, x, J, True, tol, softness, 30, stats, w)
+            if problem[29] < math.inf:  # verify against half the steps; where nothing was known, against the double below
+                m, half = lay(tendons, span, (n + 1) // 2, grid2), 1
+                carry(grid, n, g, M, x, only, grid2, m, g2, M2, x2, only2)
+                grid, g, M, x, only, n = grid2, g2, M2, x2, only2, m
+                status = shoot(rod, tendons, load, span, grid, n, g, M, x, J, True, tol, softness, 30, stats, w)
         else:
             warm = False
     else:
@@ -623,7 +625,11 @@ def equilibrium(rod, tendons, problem, state, J, stats, w):
                 M[i] = 0.0
             stats[4], stats[5] = n, 0
             return CONVERGED
+        p0, p1, p2 = g[12 * n], g[12 * n + 1], g[12 * n + 2]
         status = shoot(rod, tendons, load, span, grid, n, g, M, x, J, False, tol, softness, 30, stats, w)
+        far = (g[12 * n] - p0) ** 2 + (g[12 * n + 1] - p1) ** 2 + (g[12 * n + 2] - p2) ** 2
+        if status == CONVERGED and far > (FARTHEST * length) ** 2:
+            return STALLED  # the answer may lie on another branch: let continuation find the way there
     while True:
         stats[4], stats[5] = n, half
         if status != CONVERGED or steps > 0:
