@@ -96,7 +96,7 @@ def test_imports_run_downward(module: Path):
 @each_module
 def test_heavy_libraries_are_imported_where_used(module: Path):
     own = module.with_suffix("").as_posix()
-    allowed = {"numba"} if own.startswith(KERNEL) else EXCEPTIONS.get(own, set())
+    allowed = {"numba"} if own.startswith(KERNEL) else EXCEPTIONS.get(floor_name(module), set())
     misplaced = {name.partition(".")[0] for name in imports_when_imported(module)} & HEAVY - allowed
     assert not misplaced, f"{module} imports {', '.join(sorted(misplaced))} at module level"
 

@@ -6,11 +6,13 @@ Results go to standard output, everything else to standard error. Exit status: 0
 
 from __future__ import annotations
 
+import contextlib
 import sys
 from collections.abc import Sequence
 from typing import Annotated
 
 import typer
+from typer.core import TyperCommand
 
 from ..errors import InvalidInput, TendonrodError
 from .failure import UsageError, as_invalid_input
@@ -21,6 +23,12 @@ from .reproduce import reproduce
 from .robots import robots
 from .shape import shape
 
+
+class _Command(TyperCommand):
+    def collect_usage_pieces(self, ctx):
+        return [piece.strip("{}") for piece in super().collect_usage_pieces(ctx)]
+
+
 app = typer.Typer(
     name="tendonrod",
     add_completion=False,
@@ -28,8 +36,27 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-for command in (robots, shape, motion, ftl, reproduce):
-    app.command(epilog=f"\b\nExamples:\n{command.__dict__['examples']}")(command)
+COMMANDS = {
+    robots: (
+        "tendonrod robots exonav-1 --torsion open_section",
+        "tendonrod robots my-robot.toml --figure device.png --notch-pattern cut.dxf",
+    ),
+    shape: (
+        "tendonrod shape exonav-1 --tension 0.7 --gravity -9.81,0,0",
+        "tendonrod shape four-tendons.toml --tension 15 --tension 0 --tension 0 --tension 0 --json",
+    ),
+    motion: (
+        "tendonrod ftl exonav-1 --target 0.7 --gravity -9.81,0,0 --output plan.csv",
+        "tendonrod motion plan.csv --robot exonav-1 --gravity -9.81,0,0 --figure motion.png",
+    ),
+    ftl: (
+        "tendonrod ftl exonav-1 --target 0.7 --gravity -9.81,0,0 --output plan.csv",
+        "tendonrod ftl exonav-1 --target 0.7 --gravity -9.81,0,0 --freedom full --json",
+    ),
+    reproduce: ("tendonrod reproduce --output /tmp/paper",),
+}
+for command, examples in COMMANDS.items():
+    app.command(cls=_Command, epilog="\b\nExamples:\n" + "\n".join(f"  {line}" for line in examples))(command)
 
 
 def _version(wanted: bool) -> None:
@@ -63,6 +90,9 @@ def _front(
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line with ``arguments`` (those of the process if None) and return its exit status."""
     given = list(sys.argv[1:] if arguments is None else arguments)
+    for stream in (sys.stdout, sys.stderr):
+        with contextlib.suppress(AttributeError):
+            stream.reconfigure(errors="backslashreplace")  # pyright: ignore - a name the terminal cannot show
     try:
         status = typer.main.get_command(app).main(args=given, prog_name="tendonrod", standalone_mode=False)
     except UsageError as error:

@@ -12,20 +12,13 @@ from ..errors import Fact, InvalidInput, finite, nonnegative, one_of
 if TYPE_CHECKING:
     from ..robot import Robot
 
-RobotName = Annotated[str, typer.Argument(metavar="ROBOT", help="Preset, or path of a robot's TOML file.")]
+RobotName = Annotated[str, typer.Argument(metavar="ROBOT", hidden=True)]  # the help text tells what it is
 Torsion = Annotated[
     str | None,
-    typer.Option(
-        metavar="MODEL",
-        help="Torsion model instead of the robot's own: published, open_section or homogenized.",
-    ),
+    typer.Option(metavar="MODEL", help="published, open_section or homogenized, instead of the robot's own torsion."),
 ]
-Gravity = Annotated[
-    str, typer.Option(metavar="X,Y,Z", help="Gravity in the world frame, m/s2.", show_default="0,0,0")
-]
-Json = Annotated[
-    bool, typer.Option("--json", help="Print the results in full precision and SI units as JSON, and nothing else.")
-]
+Gravity = Annotated[str, typer.Option(metavar="X,Y,Z", help="Gravity in the world frame, m/s2.")]
+Json = Annotated[bool, typer.Option("--json", help="Print results as JSON, SI units, full precision.")]
 Figure = Annotated[str | None, typer.Option(metavar="FILE", help="Draw to a .png, .svg or .pdf file.")]
 
 

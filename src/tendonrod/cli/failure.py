@@ -16,22 +16,23 @@ UsageError: Any = typer.BadParameter.__base__
 
 def as_invalid_input(error: Any) -> Exception:
     """The error that says the same as a ``UsageError`` does, in one line."""
-    where = error.ctx.command_path if error.ctx is not None else "tendonrod"
+    context = error.ctx
+    where = getattr(context, "command_path", "tendonrod")
     see = f"see {where} --help"
     match type(error).__name__:
         case "NoSuchOption":
-            near = get_close_matches(error.option_name, _option_names(error.ctx), n=1)
+            near = get_close_matches(error.option_name, _option_names(context), n=1)
             hint = f"did you mean {near[0]}?" if near else see
             return InvalidInput("option", Fact(error.option_name), f"an option of {where}: {hint}")
         case "MissingParameter":
-            return InvalidInput(_name(error.param), MISSING, f"given: {_help(error.param)}; {see}")
+            return InvalidInput(_name(error.param), MISSING, f"given; {see}")
         case "BadOptionUsage":
             allowed = "followed by a value" if "requires" in error.message else "given without a value"
             return InvalidInput(error.option_name, MISSING if "requires" in error.message else Fact("..."), allowed)
     if found := re.search(r"No such command '(.*?)'", error.message):
-        return _no_such_command(found[1], list(error.ctx.command.commands))
-    if found := re.search(r"unexpected extra arguments? \((.*)\)", error.message):
-        takes = ", ".join(_name(each) for each in error.ctx.command.params if each.param_type_name == "argument")
+        return _no_such_command(found[1], list(context.command.commands))
+    if found := re.search(r"unexpected extra argument\S* \((.*)\)", error.message):
+        takes = ", ".join(_name(each) for each in context.command.params if each.param_type_name == "argument")
         return InvalidInput("argument", found[1], f"left out: {where} takes {takes or 'no argument'}; {see}")
     return typer.BadParameter(error.format_message())
 
@@ -51,8 +52,4 @@ def _option_names(context: Any) -> list[str]:
 def _name(parameter: Any) -> str:
     """As the user types it: --option, or the argument's placeholder."""
     options = [name for name in parameter.opts if name.startswith("-")]
-    return options[-1] if options else (parameter.metavar or parameter.name.upper()).strip("[]")
-
-
-def _help(parameter: Any) -> str:
-    return (getattr(parameter, "help", None) or "a value").rstrip(".")
+    return options[-1] if options else parameter.metavar or parameter.name.upper()

@@ -16,6 +16,11 @@ if TYPE_CHECKING:
     from ..motion.plan import Plan
 
 MOST_STEPS = 10_000
+_LEGEND = (
+    "p: progress, the share of the way out. Distances from the exposed body to the\n"
+    "reference curve; tip at p: from the tip to the reference's point at the same\n"
+    "progress; %: of the exposed length."
+)
 
 
 def ftl(
@@ -27,16 +32,16 @@ def ftl(
         str,
         typer.Option(
             metavar="NAME",
-            help="What is free at each step: tension (optimal), full (optimal tension and rotation, insertion matched), "
-            "or paper (the paper's search of the tension).",
+            help="Free at each step: tension; full, that is tension and rotation, insertion matched; paper, the "
+            "paper's own search of the tension.",
         ),
     ] = "tension",
     tension_step: Annotated[
-        str | None, typer.Option(metavar="N", help="Only with paper: step of the search, N.", show_default="0.005")
+        str | None, typer.Option(metavar="N", help="Step of the search of paper, N. Left out: 0.005.")
     ] = None,
     tolerance_mm: Annotated[
         str | None,
-        typer.Option(metavar="MM", help="Only with paper: distance that ends the search, mm.", show_default="0.5"),
+        typer.Option(metavar="MM", help="Distance that ends the search of paper, mm. Left out: 0.5."),
     ] = None,
     torsion: Torsion = None,
     json: Json = False,
@@ -45,10 +50,10 @@ def ftl(
     ] = None,
     figure: Figure = None,
 ) -> None:
-    """Plan tension (and rotation) so that the body follows the path of its tip.
+    """Plan follow-the-leader motion: body along the tip's path.
 
-    The reference is the neutral axis at full insertion and --target. Distances are from the exposed body to that curve.
-    The plan's .csv can be run again with tendonrod motion.
+    ROBOT: a preset, or the path of a robot's TOML file. The reference is the neutral axis at full insertion and
+    --target; distances are from the exposed body to that curve. A plan's .csv can be run with tendonrod motion.
     """
     one_of("--freedom", freedom, ("tension", "full", "paper"))
     search = {}
@@ -77,46 +82,45 @@ def ftl(
         from ..plot import plan_figure
 
         output.write_figure("--figure", picture, lambda: plan_figure(plan))
-    output.warn([sentence for shape in plan.shapes for sentence in shape.warnings])
     if json:
         output.say_json(plan.to_dict())
     else:
         output.say(_page(plan))
-
-
-ftl.examples = (  # pyright: ignore[reportFunctionMemberAccess]
-    "  tendonrod ftl exonav-1 --target 0.7 --gravity -9.81,0,0 --output plan.csv\n"
-    "  tendonrod ftl exonav-1 --target 0.7 --gravity -9.81,0,0 --freedom full --json"
-)
+    output.warn_steps("p =", [f"{eta:.4g}" for eta in plan.progress], [shape.warnings for shape in plan.shapes])
 
 
 def _page(plan: Plan) -> str:
     full = plan.freedom == "full"
-    columns = ["progress", *(["insertion", "rot. deg"] if full else []), "tension N"]
-    columns += ["body rms um", "max um", "tip um", "tip at progress um", "tip %"]
+    columns = ["p\n", *(["insertion\n", "rotation\ndeg"] if full else []), "tension\nN"]
+    columns += ["body\nrms mm", "body\nmax mm", "tip\nmm", "tip at p\nmm", "tip\n%"]
     rows = []
     for k, eta in enumerate(plan.progress):
         turned = [f"{plan.insertion[k]:.5f}", f"{degrees(plan.rotation[k]):.3f}"] if full else []
         errors = (plan.body_rms, plan.body_max, plan.tip_error, plan.tip_error_at_progress)
-        microns = [f"{1e6 * error[k]:.2f}" for error in errors]
-        rows.append([f"{eta:.4g}", *turned, f"{plan.tension[k]:.5f}", *microns, f"{plan.tip_error_percent[k]:.3f}"])
-    return "\n\n".join([
-        output.heading(
-            f"{plan.robot.name}, torsion {torsion_of(plan.robot)}, target {plan.target_tension:g} N, "
-            f"gravity {listed(plan.gravity)} m/s2, freedom {plan.freedom}"
-        ),
-        output.table(columns, rows),
-        _summary(plan),
-    ])
+        millimetres = [output.fixed(1e3 * error[k], 5) for error in errors]
+        rows.append([f"{eta:.4g}", *turned, f"{plan.tension[k]:.5f}", *millimetres, f"{plan.tip_error_percent[k]:.3f}"])
+    return "\n\n".join(
+        [
+            output.heading(
+                f"{plan.robot.name}, torsion {torsion_of(plan.robot)}, target {plan.target_tension:g} N, "
+                f"gravity ({listed(plan.gravity)}) m/s2, {plan.freedom}"
+            ),
+            output.table(columns, rows),
+            _LEGEND,
+            _summary(plan),
+        ]
+    )
 
 
 def _summary(plan: Plan) -> str:
     degree = min(2, plan.progress.size - 1)
-    terms = [f"{c:+.5g}{power}" for c, power in zip(plan.polynomial(degree), (" p^2", " p", "")[-degree - 1 :], strict=True)]
+    terms = [
+        f"{c:+.5g}{power}" for c, power in zip(plan.polynomial(degree), (" p^2", " p", "")[-degree - 1 :], strict=True)
+    ]
     rows = [
-        ("tension", f"{' '.join(terms)} N", "least squares, p = progress"),
+        ("tension", f"{' '.join(terms)} N", "least squares"),
         ("tip rmse", f"{1e3 * plan.tip_rmse:.5f} mm", "to the curve"),
-        ("", f"{1e3 * plan.tip_rmse_at_progress:.5f} mm", "to the reference at the same progress"),
+        ("", f"{1e3 * plan.tip_rmse_at_progress:.5f} mm", "to the reference at p"),
     ]
     if plan.freedom == "paper":
         rows.append(("search", "our assumptions", "tension step, tolerance and a reference of 400 points"))

@@ -21,10 +21,7 @@ if TYPE_CHECKING:
 def motion(
     file: Annotated[
         str,
-        typer.Argument(
-            metavar="FILE.csv",
-            help="Columns insertion, rotation_deg (0 if left out), tension_n (or tension_1_n, tension_2_n, ...).",
-        ),
+        typer.Argument(metavar="FILE.csv", hidden=True),
     ],
     robot: Annotated[str, typer.Option(metavar="ROBOT", help="Preset, or path of a robot's TOML file.")] = "exonav-1",
     gravity: Gravity = "0,0,0",
@@ -39,10 +36,11 @@ def motion(
     ] = None,
     figure: Figure = None,
 ) -> None:
-    """Shapes of a robot that moves out of its outer tube, row by row of a file.
+    """Shapes of a motion out of the outer tube, from a file.
 
-    insertion is the exposed share, from 0 to 1; rotation_deg the turn of the section at the outer tube's exit, 0 for
-    follow-the-leader motion; tensions in N. Other columns are left alone, so that plans of tendonrod ftl can be run.
+    FILE.csv has the columns insertion (exposed share, from 0 to 1), rotation_deg (turn of the section at the outer
+    tube's exit; left out: 0, as in follow-the-leader motion), and tension_n or, for several tendons, tension_1_n,
+    tension_2_n, ... Plans that tendonrod ftl writes are such files.
     """
     pull, count = vector("--gravity", gravity), whole("--samples", samples, 2, MOST_SAMPLES)
     table = output.target("--output", output_file, (".csv",))
@@ -60,24 +58,20 @@ def motion(
             chosen, commands.insertion, commands.rotation, commands.tension, samples=count, watch=watch, gravity=pull
         )
     if table is not None:
-        _write(table, "--output", _commands_header(moved) + ["tip_x_mm", "tip_y_mm", "tip_z_mm"], _tip_rows(moved))
+        _write(table, "--output", [*_commands_header(moved), "tip_x_mm", "tip_y_mm", "tip_z_mm"], _tip_rows(moved))
     if sections is not None:
         _write(sections, "--bodies", _BODY_HEADER, _body_rows(moved))
     if picture is not None:
         from ..plot import motion_figure
 
         output.write_figure("--figure", picture, lambda: motion_figure(moved))
-    output.warn([f"row {k + 1}: {text}" for k, shape in enumerate(moved.shapes) for text in shape.warnings])
     if json:
         output.say_json(_as_dict(moved, pull))
     else:
         output.say(_page(moved, pull))
+    rows = [str(k + 1) for k in range(len(moved.shapes))]
+    output.warn_steps("row", rows, [shape.warnings for shape in moved.shapes])
 
-
-motion.examples = (  # pyright: ignore[reportFunctionMemberAccess]
-    "  tendonrod ftl exonav-1 --target 0.7 --gravity -9.81,0,0 --output plan.csv\n"
-    "  tendonrod motion plan.csv --robot exonav-1 --gravity -9.81,0,0 --figure motion.png"
-)
 
 _BODY_HEADER = ["row", "insertion", "s_mm", "x_mm", "y_mm", "z_mm", "axis_x_mm", "axis_y_mm", "axis_z_mm"]
 
@@ -105,7 +99,7 @@ def _body_rows(moved: Motion):
 
 
 def _millimetres(values) -> list[str]:
-    return [f"{1e3 * value + 0.0:.9f}" for value in values]
+    return [output.fixed(1e3 * value, 9) for value in values]
 
 
 def _as_dict(moved: Motion, gravity) -> dict:
@@ -119,12 +113,16 @@ def _as_dict(moved: Motion, gravity) -> dict:
 
 
 def _page(moved: Motion, gravity) -> str:
-    columns = ["row", "insertion", "rotation deg", *(f"{name[:-2]} N" for name in tension_columns(moved.robot.n_tendons))]
-    columns = [name.replace("_", " ") for name in columns] + ["tip x mm", "tip y mm", "tip z mm"]
+    tensions = [f"tension{name[7:-2].replace('_', ' ')}\nN" for name in tension_columns(moved.robot.n_tendons)]
+    columns = ["row\n", "insertion\n", "rotation\ndeg", *tensions, "tip x\nmm", "tip y\nmm", "tip z\nmm"]
     rows = []
     for k, tip in enumerate(moved.tip):
         taus = [f"{tau:.5f}" for tau in moved.tension[k]]
-        place = [f"{1e3 * value + 0.0:.4f}" for value in tip]
-        rows.append([str(k + 1), f"{moved.insertion[k]:.6g}", f"{degrees(moved.rotation[k]):.6g}", *taus, *place])
-    title = f"{moved.robot.name}, torsion {torsion_of(moved.robot)}, gravity {listed(gravity)} m/s2, {len(rows)} steps"
+        place = [output.fixed(1e3 * value, 4) for value in tip]
+        rows.append(
+            [str(k + 1), f"{moved.insertion[k]:.5f}", output.fixed(degrees(moved.rotation[k]), 3), *taus, *place]
+        )
+    title = (
+        f"{moved.robot.name}, torsion {torsion_of(moved.robot)}, gravity ({listed(gravity)}) m/s2, {len(rows)} steps"
+    )
     return f"{output.heading(title)}\n\n{output.table(columns, rows)}"

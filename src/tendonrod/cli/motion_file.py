@@ -17,11 +17,12 @@ if TYPE_CHECKING:
     from ..robot import Robot
 
 _OURS = re.compile(r"insertion|rotation|tension")
+_RESULTS = re.compile(r"progress$|body_|tip_|row$")  # columns of files that tendonrod writes
 
 
 @dataclass(frozen=True, kw_only=True)
 class Commands:
-    """insertion (n,), rotation (n,) rad, tension (n, n_tendons) N as nested lists; names of columns that were not read."""
+    """insertion (n,), rotation (n,) rad, tension (n, n_tendons) N, as lists; ignored: columns that were not read."""
 
     insertion: list[float]
     rotation: list[float]
@@ -77,11 +78,13 @@ def _places(name: str, header: list[str], robot: Robot) -> tuple[dict[str, _Colu
         if column.lower() in known:
             quantity, check, convert = known[column.lower()]
             if quantity in places:
-                raise InvalidInput(f"{name}: column {j + 1}", column, f"given once; column {places[quantity][0] + 1} has it")
+                raise InvalidInput(
+                    f"{name}: column {j + 1}", column, f"given once; column {places[quantity][0] + 1} has it"
+                )
             places[quantity] = (j, column, check, convert)
         elif _OURS.match(column.lower()):
             raise InvalidInput(f"{name}: column {j + 1}", column, f"one of {_wanted(robot)}")
-        else:
+        elif not _RESULTS.match(column.lower()):
             ignored.append(column)
     for column, (quantity, _, _) in known.items():
         if quantity not in places and quantity != "rotation":

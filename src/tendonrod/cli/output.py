@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import json
 import os
+import re
 import sys
 import time
 from collections.abc import Iterator, Mapping, Sequence
@@ -16,13 +17,17 @@ import typer
 from ..errors import Fact, InvalidInput
 
 FIGURES = (".png", ".svg", ".pdf")
+NARROWEST = 24  # characters of a wrapped column
+CHUNK = 1 << 16
 PATIENCE = 0.4  # s of work before a progress bar appears
 
 
 def say(text: str) -> None:
     """Write ``text`` and a line end to standard output; end quietly where nobody reads it any more."""
+    whole = text.rstrip("\n") + "\n"
     try:
-        sys.stdout.write(text.rstrip("\n") + "\n")
+        for start in range(0, len(whole), CHUNK):  # in parts: an unbuffered stream drops what is left of a broken write
+            sys.stdout.write(whole[start : start + CHUNK])
         sys.stdout.flush()
     except BrokenPipeError:
         with contextlib.suppress(OSError):  # so that Python's own last flush does not complain
@@ -42,6 +47,18 @@ def warn(sentences: Sequence[str]) -> None:
         note(f"warning: {' '.join(sentence.split())}")
 
 
+def warn_steps(name: str, steps: Sequence[str], warnings: Sequence[Sequence[str]]) -> None:
+    """The warnings of each step, one line for all that differ in their numbers only, with the words of the last."""
+    found: dict[str, list[tuple[str, str]]] = {}
+    for step, sentences in zip(steps, warnings, strict=True):
+        for sentence in sentences:
+            found.setdefault(re.sub(r"[-+.\de]*\d", "#", sentence), []).append((step, sentence))
+    for same in found.values():
+        (first, _), (last, sentence) = same[0], same[-1]
+        where = f"{name} {first}" if len(same) == 1 else f"{len(same)} steps, {name} {first} to {last}; the last"
+        warn([f"{where}: {sentence}"])
+
+
 def interrupted() -> int:
     """Say so; the exit status for it."""
     note("interrupted")
@@ -57,23 +74,34 @@ def say_json(values: Any) -> None:
 
 
 def _dumped(value: Any) -> str:
-    return json.dumps(value, allow_nan=False, ensure_ascii=False)
+    return json.dumps(value, allow_nan=False)
+
+
+def fixed(value: float, digits: int) -> str:
+    """``value`` with so many decimals; what rounds to zero has no sign."""
+    text = f"{value:.{digits}f}"
+    return text.removeprefix("-") if float(text) == 0.0 else text
 
 
 def table(columns: Sequence[str], rows: Sequence[Sequence[str]], words: Sequence[int] = ()) -> str:
-    """Aligned text; columns numbered in ``words`` hold text: left-aligned, and wrapped where a terminal is narrow.
+    """Aligned text; columns numbered in ``words`` are left-aligned, and the last of them is wrapped to the terminal.
 
-    No rules and no boxes, so that it reads well in a pipe too; headings are bold on a terminal.
+    Numbers are never cut: where the terminal is too narrow, lines run on. No rules and no boxes, so that it reads well
+    in a pipe too; headings, of two lines if they hold a line end, are bold on a terminal.
     """
     from rich.table import Table
     from rich.text import Text
 
+    last = max(words, default=-1)
     grid = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0), header_style="bold", show_header=any(columns))
     for i, name in enumerate(columns):
-        grid.add_column(Text(name), justify="left" if i in words else "right", no_wrap=i not in words, overflow="fold")
+        justify = "left" if i in words else "right"
+        grid.add_column(Text(name, justify=justify), justify=justify, no_wrap=i != last, overflow="fold")
     for row in rows:
         grid.add_row(*(Text(cell) for cell in row))
-    return _rendered(grid)
+    fixed_part = [column for i, column in enumerate(zip(columns, *rows, strict=True)) if i != last]
+    widths = [max(len(line) for cell in column for line in cell.split("\n")) for column in fixed_part]
+    return _rendered(grid, least=sum(widths) + 2 * len(columns) + (NARROWEST if last >= 0 else 0))
 
 
 def heading(text: str) -> str:
@@ -83,8 +111,9 @@ def heading(text: str) -> str:
     return _rendered(Text(text, style="bold", no_wrap=False))
 
 
-def _rendered(item: Any) -> str:
+def _rendered(item: Any, least: int = 0) -> str:
     console = _console(sys.stdout)
+    console.width = max(console.width, least)
     with console.capture() as captured:
         console.print(item, highlight=False)
     return "\n".join(line.rstrip() for line in captured.get().splitlines())
@@ -98,7 +127,7 @@ def _console(stream: IO[str]):
 
 @contextlib.contextmanager
 def progress_bar(what: str) -> Iterator[Any]:
-    """A function watch(done, total, what=None) that draws a bar on standard error if it is a terminal and work is long."""
+    """A function watch(done, total, what=None) that draws a bar on standard error, on terminals and for long work."""
     if not sys.stderr.isatty():
         yield lambda done, total, what=None: None
         return
@@ -157,7 +186,7 @@ def written(option: str, path: Path) -> Iterator[Path]:
     except OSError as error:
         raise InvalidInput(option, Fact(str(path)), f"writable: {error.strerror or error}") from None
     except InvalidInput as error:
-        if error.field != "path":
+        if str(error.value) != str(draft):
             raise
         raise InvalidInput(option, Fact(str(path)), error.allowed) from None
     finally:

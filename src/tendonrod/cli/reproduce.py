@@ -12,9 +12,14 @@ from . import output as out
 
 
 def reproduce(
-    output: Annotated[str, typer.Option(metavar="DIR", help="Directory of the report; made if need be.")] = "out/reproduce",
+    output: Annotated[
+        str, typer.Option(metavar="DIR", help="Directory of the report; made if need be.")
+    ] = "out/reproduce",
 ) -> None:
-    """Recompute the paper's simulation results and write them as one page with figures and tables."""
+    """Recompute the paper's results as an illustrated report.
+
+    One page, index.html, with figures (PNG, SVG) and tables (CSV) beside it. Running it again is safe.
+    """
     directory = _directory(output)
 
     from ..report import reproduce as write_report
@@ -22,9 +27,6 @@ def reproduce(
     with out.progress_bar("reproducing") as watch:
         page = write_report(out=directory, watch=watch)
     out.say(f"Report: {page}")
-
-
-reproduce.examples = "  tendonrod reproduce --output /tmp/paper"  # pyright: ignore[reportFunctionMemberAccess]
 
 
 def _directory(text: str) -> Path:

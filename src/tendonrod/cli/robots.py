@@ -14,41 +14,41 @@ from .arguments import Json, Torsion, chosen_robot, torsion_of
 
 if TYPE_CHECKING:
     from ..robot import Robot
+    from ..statics.limits import Limit
 
 _UNITS = {"mm": 1e3, "mm2": 1e6, "mm4": 1e12, "gpa": 1e-9, "deg": degrees(1.0)}
 _SECTION = (  # symbol, factor, unit, what it is
-    ("A", 1e6, "mm2", "area of the uncut arc"),
+    ("A", 1e6, "mm2", "area, of the uncut part"),
     ("r_na", 1e3, "mm", "neutral axis from the tube's axis"),
     ("I_x", 1e12, "mm4", "second moment about x"),
-    ("I_y", 1e12, "mm4", "second moment about y, the soft direction"),
-    ("J", 1e12, "mm4", "torsion constant in use, torsion stiffness / G"),
+    ("I_y", 1e12, "mm4", "second moment about y"),
+    ("J", 1e12, "mm4", "torsion constant in use: torsion stiffness / G"),
     ("L", 1e3, "mm", "length along the tube's axis"),
     ("L_na", 1e3, "mm", "length of the neutral axis"),
     ("line_density", 1e3, "g/m", "lambda, mass per length"),
 )
 _STIFFNESS = (
-    ("Kse", "N", ("shear x, G A", "shear y, G A", "extension, E A")),
-    ("Kbt", "N m2", ("bending x, E I_x", "bending y, E I_y", "torsion")),
+    ("Kse", 1.0, "N", ("shear x, G A", "shear y, G A", "extension, E A")),
+    ("Kbt", 1e6, "N mm2", ("bending x, E I_x", "bending y, E I_y", "torsion")),
 )
 
 
 def robots(
-    robot: Annotated[
-        str | None, typer.Argument(metavar="[ROBOT]", help="Preset, or path of a robot's TOML file.")
-    ] = None,
+    robot: Annotated[str | None, typer.Argument(metavar="ROBOT", hidden=True)] = None,
     torsion: Torsion = None,
     figure: Annotated[
-        str | None, typer.Option(metavar="FILE", help="Draw tube, notches and section to a .png, .svg or .pdf file.")
+        str | None, typer.Option(metavar="FILE", help="Draw tube and section to a .png, .svg or .pdf file.")
     ] = None,
     notch_pattern: Annotated[
-        str | None, typer.Option(metavar="FILE.dxf", help="Write the unrolled laser-cutting pattern, mm.")
+        str | None, typer.Option(metavar="FILE.dxf", help="Write the unrolled cutting pattern, mm.")
     ] = None,
     mesh: Annotated[str | None, typer.Option(metavar="FILE.stl", help="Write the notched tube as a solid, mm.")] = None,
     json: Json = False,
 ) -> None:
-    """List the presets; with ROBOT, print its section, sources and limits.
+    """List the presets, or show one robot in full.
 
-    Limits: where the linear model stops to hold when only the tendon pulls, with the tension at which each is met.
+    ROBOT: a preset, or the path of a robot's TOML file. Shown are its section, the limits of the linear model with the
+    tension at which each is met when one tendon pulls alone, and where each number comes from.
     """
     if robot is None:
         given = {"--torsion": torsion, "--figure": figure, "--notch-pattern": notch_pattern, "--mesh": mesh}
@@ -63,12 +63,6 @@ def robots(
         output.say_json(_described(chosen))
     else:
         output.say(_page(chosen, torsion is not None))
-
-
-robots.examples = (  # pyright: ignore[reportFunctionMemberAccess]
-    "  tendonrod robots exonav-1 --torsion open_section\n"
-    "  tendonrod robots my-robot.toml --figure device.png --notch-pattern cut.dxf"
-)
 
 
 def _write(robot: Robot, figure: str | None, notch_pattern: str | None, mesh: str | None) -> None:
@@ -96,7 +90,7 @@ def _list(json: bool) -> None:
     if json:
         output.say_json([_constants(robot) for robot in presets])
         return
-    columns = ("robot", "psi deg", "r_in mm", "r_out mm", "L mm", "w mm", "d mm", "turns", "tendons", "torsion")
+    columns = ("robot", "psi\ndeg", "r_in\nmm", "r_out\nmm", "L\nmm", "w\nmm", "d\nmm", "turns", "tendons", "torsion")
     names = ("uncut_angle", "inner_radius", "outer_radius", "length", "notch_width", "notch_spacing")
     scales = (degrees(1.0), 1e3, 1e3, 1e3, 1e3, 1e3)
     rows = []
@@ -127,7 +121,7 @@ def _described(robot: Robot) -> dict[str, Any]:
     }
 
 
-def _limits(robot: Robot):
+def _limits(robot: Robot) -> tuple[Limit, ...]:
     from ..statics.limits import tension_limits
 
     return tension_limits(robot)
@@ -137,30 +131,31 @@ def _page(robot: Robot, torsion_given: bool) -> str:
     kind = "notched tube" if hasattr(robot.body, "torsion") else "plain rod"
     blocks = [output.heading(f"{robot.name}: {kind}, torsion {torsion_of(robot)}")]
     blocks += [output.table(("section", "", "", ""), _section_rows(robot), words=(0, 2, 3))]
-    limits = [
-        (limit.name, "not reached" if limit.tension is None else f"{limit.tension:.4g} N", limit.meaning)
-        for limit in _limits(robot)
-    ]
-    if limits:
-        blocks.append(output.table(("limit", "tension", "meaning"), limits, words=(0, 2)))
-    blocks.append(output.table(("from the file", "", "source"), _source_rows(robot, torsion_given), words=(0, 2)))
+    if limits := [_limit_row(limit, robot.n_tendons > 1) for limit in _limits(robot)]:
+        blocks.append(output.table(("limit", "tension", "at", "of"), limits, words=(0, 3)))
+    blocks.append(output.table(("from the file", "source"), _source_rows(robot, torsion_given), words=(0, 1)))
     return "\n\n".join(blocks)
+
+
+def _limit_row(limit: Limit, several: bool) -> tuple[str, str, str, str]:
+    name = f"{limit.name}, tendon {limit.tendon + 1}" if several else limit.name
+    tension = "not reached" if limit.tension is None else f"{limit.tension:.4g} N"
+    value = f"{100 * limit.value:.3g} %" if limit.unit == "1" else f"{limit.value:.4g} {limit.unit}"
+    return name, tension, value, limit.meaning
 
 
 def _section_rows(robot: Robot) -> list[tuple[str, str, str, str]]:
     section = robot.section
     rows = [(name, f"{scale * getattr(section, name):.7g}", unit, what) for name, scale, unit, what in _SECTION]
-    for matrix, unit, meanings in _STIFFNESS:
+    for name, scale, unit, meanings in _STIFFNESS:
         for i, what in enumerate(meanings):
-            rows.append((f"{matrix}[{i}]", f"{getattr(section, matrix)[i]:.6g}", unit, what))
+            rows.append((f"{name}[{i}]", f"{scale * getattr(section, name)[i]:.7g}", unit, what))
     return rows
 
 
-def _source_rows(robot: Robot, torsion_given: bool) -> list[tuple[str, str, str]]:
-    rows = [(key, value, robot.sources.get(key, "")) for key, value in _file_values(robot)]
-    if torsion_given:
-        rows = [(key, value, "--torsion" if key == "material.torsion" else why) for key, value, why in rows]
-    return rows
+def _source_rows(robot: Robot, torsion_given: bool) -> list[tuple[str, str]]:
+    sources = {**robot.sources, **({"material.torsion": "given as --torsion"} if torsion_given else {})}
+    return [(f"{key} = {value}", sources.get(key, "")) for key, value in _file_values(robot)]
 
 
 def _file_values(robot: Robot) -> list[tuple[str, str]]:

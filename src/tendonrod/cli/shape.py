@@ -9,13 +9,26 @@ import typer
 
 from ..errors import finite, within
 from . import output
-from .arguments import Figure, Gravity, Json, RobotName, Torsion, chosen_robot, number, tensions, torsion_of, vector, whole
+from .arguments import (
+    Figure,
+    Gravity,
+    Json,
+    RobotName,
+    Torsion,
+    chosen_robot,
+    number,
+    tensions,
+    torsion_of,
+    vector,
+    whole,
+)
 
 if TYPE_CHECKING:
     from ..statics.shape import Shape
 
 MOST_SAMPLES = 100_000
 SHOWN = 11  # sections in the printed table
+_LEGEND = "x, y, z: neutral axis; axis: centre of the tube; u: curvature and twist in the\nsection frame."
 _ARRAYS = ("s", "position", "centerline", "rotation", "v", "u", "force", "moment", "tip")
 
 
@@ -23,7 +36,7 @@ def shape(
     robot: RobotName,
     tension: Annotated[
         list[str] | None,
-        typer.Option(metavar="N", help="Tension of a tendon, N, >= 0; repeat for each tendon.", show_default="0"),
+        typer.Option(metavar="N", help="Tension, N, >= 0; repeat for each tendon. Left out: 0."),
     ] = None,
     gravity: Gravity = "0,0,0",
     tip_force: Annotated[str, typer.Option(metavar="X,Y,Z", help="Force at the tip, world frame, N.")] = "0,0,0",
@@ -39,14 +52,14 @@ def shape(
     json: Json = False,
     figure: Figure = None,
 ) -> None:
-    """Shape of a robot under tendon tensions, gravity and tip loads.
+    """Shape under tendon tensions, gravity and tip loads.
 
-    JSON keys are the attributes of tendonrod.Shape and the arguments of tendonrod.solve; base_rotation is the angle
-    (rad) of --rotation-deg, rotation the frames along the body.
+    ROBOT: a preset, or the path of a robot's TOML file. JSON keys are the attributes of tendonrod.Shape and the
+    arguments of tendonrod.solve; base_rotation is the angle (rad) of --rotation-deg, rotation the body's frames.
     """
     chosen = chosen_robot(robot, torsion)
     taus = tensions(chosen, tension or [])
-    loads = {
+    loads: dict[str, Any] = {
         "gravity": vector("--gravity", gravity),
         "tip_force": vector("--tip-force", tip_force),
         "tip_moment": vector("--tip-moment", tip_moment),
@@ -66,18 +79,12 @@ def shape(
         from ..plot import shape_figure
 
         output.write_figure("--figure", picture, lambda: shape_figure(solved))
-    output.warn(solved.warnings)
     if json:
         told = {name: list(value) for name, value in loads.items()}
         output.say_json(as_dict(solved) | told | {"insertion": eta, "base_rotation": angle})
     else:
         output.say(_page(solved, loads, angle))
-
-
-shape.examples = (  # pyright: ignore[reportFunctionMemberAccess]
-    "  tendonrod shape exonav-1 --tension 0.7 --gravity -9.81,0,0\n"
-    "  tendonrod shape four-tendons.toml --tension 15 --tension 0 --tension 0 --tension 0 --json"
-)
+    output.warn(solved.warnings)
 
 
 def as_dict(solved: Shape) -> dict[str, Any]:
@@ -120,15 +127,34 @@ def _page(solved: Shape, loads: dict[str, tuple[float, float, float]], angle: fl
         ("tip, tube axis", _fixed(1e3 * solved.centerline[-1]), "mm"),
         ("tip direction", _fixed(frame[:, 2]), ""),
         ("moment at exit", listed(1e3 * solved.moment[0], 5), "N mm"),
-        ("solved in", f"{solved.iterations} iterations, scaled residual {solved.residual:.1e}", ""),
+        ("solved in", _effort(solved), ""),
     ]
-    columns = ("s mm", "x mm", "y mm", "z mm", "axis x", "axis y", "axis z mm", "u_x 1/m", "u_y 1/m", "u_z 1/m")
-    return "\n\n".join([
-        output.heading(f"{robot.name}, torsion {torsion_of(robot)}"),
-        output.table(("", "", ""), facts, words=(0, 1, 2)),
-        output.table(columns, _sections(solved)),
-        "x, y, z: neutral axis; axis: centre of the tube; u: curvature and twist in the section frame.",
-    ])
+    columns = (
+        "s\nmm",
+        "x\nmm",
+        "y\nmm",
+        "z\nmm",
+        "axis x\nmm",
+        "axis y\nmm",
+        "axis z\nmm",
+        "u_x\n1/m",
+        "u_y\n1/m",
+        "u_z\n1/m",
+    )
+    return "\n\n".join(
+        [
+            output.heading(f"{robot.name}, torsion {torsion_of(robot)}"),
+            output.table(("", "", ""), facts, words=(0, 1, 2)),
+            output.table(columns, _sections(solved)),
+            _LEGEND,
+        ]
+    )
+
+
+def _effort(solved: Shape) -> str:
+    if solved.iterations == 0:
+        return "closed form"
+    return f"{solved.iterations} iterations, scaled residual {solved.residual:.1e}"
 
 
 def _sections(solved: Shape) -> list[list[str]]:
@@ -137,9 +163,9 @@ def _sections(solved: Shape) -> list[list[str]]:
     rows = []
     for k in np.unique(np.linspace(0, solved.s.size - 1, min(SHOWN, solved.s.size)).round().astype(int)):
         lengths = 1e3 * np.array([solved.s[k], *solved.position[k], *solved.centerline[k]])
-        rows.append([*(f"{value + 0.0:.3f}" for value in lengths), *(f"{value + 0.0:.2f}" for value in solved.u[k])])
+        rows.append([output.fixed(value, 3) for value in lengths] + [output.fixed(value, 2) for value in solved.u[k]])
     return rows
 
 
-def _fixed(values) -> str:
-    return ", ".join(f"{value:.5f}" for value in values)
+def _fixed(values, digits: int = 4) -> str:
+    return ", ".join(output.fixed(value, digits) for value in values)

@@ -157,8 +157,9 @@ class _Optimal:
         columns = []
         for i in range(self.freedoms):
             arm = np.zeros(self.freedoms)
-            arm[i] = min(self.SPREAD[i], x[0]) if i == 0 and x[0] > 0 else self.SPREAD[i]
-            low = x if i == 0 and x[0] == 0 else x - arm
+            arm[i] = self.SPREAD[i]
+            low = x - arm
+            low[0] = max(low[0], 0.0)
             ahead, behind = self._body(eta, x + arm, insertion), self._body(eta, low, insertion)
             columns.append((ahead.position - behind.position) / (x + arm - low)[i])
         return columns

@@ -103,6 +103,9 @@ def transfer(source, half: int, n: int, state) -> None:
     """Copy ``n`` steps of one half of a solved state to the first half of another, of other capacity."""
     old, new = capacity(source), capacity(state)
     at, to = half * (source.size // 2), 0
+    if old == new:
+        state[: state.size // 2] = source[at : at + source.size // 2]
+        return
     for width, last in ((1, 1), (12, 12), (3, 3), (12, 0), (12, 3)):
         state[to : to + width * n + last] = source[at : at + width * n + last]
         to += width * new + last

@@ -111,9 +111,13 @@ def _tendon_limits(robot: Robot, i: int) -> list[Limit]:
     body = robot.body
     found = []
     if body.fibre_strain(0.0, 0.0, 0.0) is not None:
-        for name, value in (("plateau", PLATEAU_STRAIN), ("recoverable strain", RECOVERABLE_STRAIN)):
+        strains = (
+            ("plateau", "largest fibre strain at which nitinol leaves linear elasticity", PLATEAU_STRAIN),
+            ("recoverable strain", "largest fibre strain that nitinol surely recovers", RECOVERABLE_STRAIN),
+        )
+        for name, meaning, value in strains:
             tension = _crossing(robot, i, lambda shape, v=value: fibre_strain(shape).max() - v)
-            found.append((name, "largest fibre strain of the uncut section", value, "1", tension))
+            found.append((name, meaning, value, "1", tension))
     if isinstance(body, NotchedTube):
         tension = _crossing(robot, i, lambda shape: shape.u[:, 1].max() - body.closure_curvature)
         found.append(("notch closure", "curvature at which notch edges meet", body.closure_curvature, "1/m", tension))

@@ -21,7 +21,7 @@ class Status(StrEnum):
     CONVERGED = "force and moment balance within the tolerance"
     STALLED = (
         "no equilibrium found on the way from the unloaded robot to the full load, where it may buckle or fold; "
-        "lower the load, or go there in small steps with start="
+        "lower the load, or go there in small steps, each started from the last"
     )
     LOCAL_FAILED = (
         "the strain of a section could not be balanced, because the tensions crush the rod; "
