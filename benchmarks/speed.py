@@ -2,8 +2,8 @@
 
     python benchmarks/speed.py
 
-Problem: exonav-1 at 0.7 N under gravity along -x, position error at most 1 um (checked below), unless a row says otherwise.
-Every time is the median of many repetitions taken in turn with the others. Results are explained in docs/speed.rst.
+Problem: exonav-1 at 0.7 N under gravity along -x, position error at most 1 um, unless a row says otherwise. Every time
+is the median of many repetitions taken in turn with the others.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ import time
 import numba
 import numpy as np
 import scipy
-from scipy_way import STANDARD_GRAVITY, scipy_solve
 
 import tendonrod
+from scipy_way import STANDARD_GRAVITY, scipy_solve
 from tendonrod.motion.follow_leader import plan_follow_leader
 from tendonrod.statics import equilibrium, kernel
 from tendonrod.statics.shape import state_size
