@@ -3,6 +3,9 @@ otherwise.
 """
 
 from .errors import InvalidInput, NotConverged, TendonrodError
+from .motion.follow_leader import plan_follow_leader
+from .motion.plan import Plan
+from .motion.progression import Motion, progress
 from .robot import Robot, load_robot, preset_names
 from .section import NotchedTube, PlainRod, Section, StiffnessFactors
 from .statics.equilibrium import solve
@@ -12,9 +15,11 @@ from .tendon import Tendon
 __version__ = "0.1.0"
 __all__ = [
     "InvalidInput",
+    "Motion",
     "NotConverged",
     "NotchedTube",
     "PlainRod",
+    "Plan",
     "Robot",
     "Section",
     "Shape",
@@ -23,6 +28,8 @@ __all__ = [
     "Tendon",
     "TendonrodError",
     "load_robot",
+    "plan_follow_leader",
     "preset_names",
+    "progress",
     "solve",
 ]

@@ -1,0 +1,40 @@
+"""The README's Python runs as it stands and prints what its comments say; its robot file loads."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+
+import tendonrod
+
+README = Path(__file__).parent.parent / "README.md"
+
+
+def blocks(language: str) -> list[str]:
+    return re.findall(rf"```{language}\n(.*?)```", README.read_text(encoding="utf-8"), flags=re.DOTALL)
+
+
+def test_python_runs_and_its_comment_is_true():
+    (code,) = blocks("python")
+    names: dict = {}
+    exec(compile(code, "README.md", "exec"), names)
+    printed = [float(word) for word in re.search(r"# m: \[(.*?)\]", code)[1].split()]
+    assert np.allclose(names["shape"].tip, printed, atol=5e-6)
+    assert names["plan"].tension.shape == (20,)
+
+
+def test_robot_file_loads(tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text(blocks("toml")[0], encoding="utf-8")
+    robot = tendonrod.load_robot(path)
+    assert robot.section.A == tendonrod.load_robot("exonav-1").section.A
+    assert robot.body.torsion == "open_section"
+
+
+def test_every_command_named_exists():
+    from tendonrod.cli import main
+
+    commands = {line.split()[1] for block in blocks("sh") for line in block.splitlines() if line.startswith("tendonrod ")}
+    assert commands
+    for command in commands:
+        assert main([command, "--help"]) == 0
