@@ -36,7 +36,7 @@ class Curve:
             array = np.array(getattr(self, name), dtype=float)
             array.setflags(write=False)
             object.__setattr__(self, name, array)
-        if self.s.ndim != 1 or self.s.size < 2 or not np.all(np.diff(self.s) > 0):
+        if self.s.ndim != 1 or self.s.size < 2 or not np.all(np.isfinite(self.s)) or not np.all(np.diff(self.s) > 0):
             raise InvalidInput("s", self.s, "two or more increasing numbers")
         for name in ("points", "slopes"):
             array = getattr(self, name)
@@ -56,7 +56,7 @@ class Curve:
         return self._cubics[:, k], (s - self.s[k])[..., None]
 
     def at(self, s) -> np.ndarray:
-        """(…, 3) points at parameters ``s`` (…)."""
+        """(…, 3) points at parameters ``s`` (…), which is continued by the end pieces beyond the ends."""
         (a, b, c, d), t = self._local(np.asarray(s, dtype=float))
         return a + t * (b + t * (c + t * d))
 
@@ -65,7 +65,11 @@ class Curve:
 
         A foot beyond either end is the end. Exact to rounding for the piecewise cubic.
         """
-        points = np.asarray(points, dtype=float).reshape(-1, 3)
+        points = np.atleast_2d(np.asarray(points, dtype=float))
+        if points.ndim != 2 or points.shape[1] != 3 or not np.all(np.isfinite(points)):
+            raise InvalidInput("points", points.shape, "finite numbers of shape (n, 3)")
+        if points.size == 0:
+            return Projection(s=np.empty(0), point=points, distance=np.empty(0))
         if guess is None:
             offsets = points[:, None, :] - self.points[None, :, :]
             guess = self.s[np.argmin(np.einsum("nkj,nkj->nk", offsets, offsets), axis=1)]

@@ -153,6 +153,13 @@ class Robot:
         return tuple(keys.get(name) or special[name] for name in changes)
 
 
+def as_robot(value: object) -> Robot:
+    """``value`` if it is a `Robot`, else `InvalidInput`."""
+    if not isinstance(value, Robot):
+        raise InvalidInput("robot", value, "a Robot, as load_robot gives it")
+    return value
+
+
 def load_robot(source: str | PathLike[str]) -> Robot:
     """A robot by preset name (`preset_names`) or from a TOML file, SI units.
 

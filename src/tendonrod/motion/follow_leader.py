@@ -13,7 +13,7 @@ import numpy as np
 
 from ..curve import Curve
 from ..errors import InvalidInput, nonnegative, one_of, positive, vector
-from ..robot import Robot
+from ..robot import Robot, as_robot
 from ..statics.equilibrium import solve
 from ..statics.shape import Shape
 from .plan import Plan
@@ -46,12 +46,13 @@ def plan_follow_leader(
 
     Returns a `Plan`. Raises `InvalidInput`, `NotConverged`. Source: paper II-C, II-D; docs/derivations.
     """
-    if robot.n_tendons != 1:
+    if as_robot(robot).n_tendons != 1:
         raise InvalidInput("robot", f"{robot.name} with {robot.n_tendons} tendons", "a robot with exactly one tendon")
     target = nonnegative("target_tension", target_tension)
     pull = tuple(vector("gravity", gravity, 3).tolist())
     if isinstance(steps, bool) or not isinstance(steps, (int, np.integer)) or not 1 <= steps <= 10_000:
         raise InvalidInput("steps", steps, "a whole number from 1 to 10000")
+    raised_by, near = positive("tension_step", tension_step), positive("tolerance", tolerance)
     leader = _Leader(robot, target, pull)
     match one_of("freedom", freedom, FREEDOMS):
         case "tension":
@@ -59,9 +60,7 @@ def plan_follow_leader(
         case "full":
             search = _Optimal(leader, 2)
         case _:
-            search = _Ascending(
-                leader, positive("tension_step", tension_step), positive("tolerance", tolerance), reference_samples
-            )
+            search = _Ascending(leader, raised_by, near, reference_samples)
     found: list = [None] * steps
     for done, k in enumerate(reversed(range(steps)), 1):  # from the full robot backwards: there the answer is known
         found[k] = search.step((k + 1) / steps)
@@ -110,14 +109,15 @@ class _Optimal:
     def __init__(self, leader: _Leader, freedoms: int) -> None:
         self.leader, self.freedoms = leader, freedoms
         self.best = np.array([leader.target, 0.0])[:freedoms]
+        self.scale = np.array([max(leader.target, 1e-3), 1.0])[:freedoms]  # N, rad
 
     def step(self, eta: float):
         """(insertion, rotation, tension, shape) of the optimum at progress ``eta``."""
-        x, small = self.best, 1e-8 * np.array([max(self.leader.target, 1e-3), 1.0])[: self.freedoms]
+        x = self.best
         insertion, shape, offset = self._exposed(eta, x)
         for _ in range(40):
-            move = self._move(offset, self._slopes(eta, x, insertion), shape)
-            if np.all(np.abs(move) <= small):
+            move = self._move(x, offset, self._slopes(eta, x, insertion), shape)
+            if np.all(np.abs(move) <= 1e-8 * self.scale):
                 break
             cost, before = self._cost(offset), x
             for _ in range(20):  # shorten a step that overshoots
@@ -169,14 +169,26 @@ class _Optimal:
             return self.leader.body(eta, float(x[0]))
         return self._exposed(eta, x, insertion)[1]
 
-    def _move(self, offset, slopes, shape: Shape):
-        """Gauss-Newton step; only what is normal to the reference counts in the Hessian."""
+    def _move(self, x, offset, slopes, shape: Shape):
+        """Gauss-Newton step to be subtracted; only what is normal to the body counts in the Hessian.
+
+        A freedom that hardly moves the body sideways, such as the tension of a tendon on the axis, stays as it is. A
+        tension that would turn negative goes to zero, and the rotation is then the best for that.
+        """
         weights = self.leader.weights
         tangent = np.matmul(shape.rotation, shape.v[:, :, None])[:, :, 0]
+        tangent /= np.linalg.norm(tangent, axis=1, keepdims=True)
         normal = [slope - np.einsum("nj,nj->n", slope, tangent)[:, None] * tangent for slope in slopes]
         gradient = np.array([np.einsum("n,nj,nj->", weights, offset, slope) for slope in slopes])
         hessian = np.array([[np.einsum("n,nj,nj->", weights, a, b) for b in normal] for a in normal])
-        return np.linalg.solve(hessian, gradient)
+        free = np.sqrt(np.diag(hessian)) * self.scale > 1e-6 * shape.length
+        move = np.zeros(self.freedoms)
+        move[free] = np.linalg.solve(hessian[np.ix_(free, free)], gradient[free])
+        if move[0] > x[0]:
+            move[0] = x[0]
+            if self.freedoms == 2 and free[1]:
+                move[1] = (gradient[1] - hessian[1, 0] * move[0]) / hessian[1, 1]
+        return move
 
     def _cost(self, offset) -> float:
         return float(np.einsum("n,nj,nj->", self.leader.weights, offset, offset))

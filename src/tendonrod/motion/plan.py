@@ -15,18 +15,18 @@ from ..robot import Robot
 from ..statics.shape import Shape
 
 COLUMNS = {
-    "progress": ("progress", 1.0),
-    "insertion": ("insertion", 1.0),
-    "rotation": ("rotation_rad", 1.0),
-    "tension": ("tension_N", 1.0),
-    "body_rms": ("body_rms_m", 1.0),
-    "body_max": ("body_max_m", 1.0),
-    "tip_error": ("tip_error_m", 1.0),
-    "tip_error_at_progress": ("tip_error_at_progress_m", 1.0),
-    "body_rms_percent": ("body_rms_percent_of_exposed_length", 1.0),
-    "body_max_percent": ("body_max_percent_of_exposed_length", 1.0),
-    "tip_error_percent": ("tip_error_percent_of_exposed_length", 1.0),
-    "tip_error_at_progress_percent": ("tip_error_at_progress_percent_of_exposed_length", 1.0),
+    "progress": "progress",
+    "insertion": "insertion",
+    "rotation": "rotation_rad",
+    "tension": "tension_N",
+    "body_rms": "body_rms_m",
+    "body_max": "body_max_m",
+    "tip_error": "tip_error_m",
+    "tip_error_at_progress": "tip_error_at_progress_m",
+    "body_rms_percent": "body_rms_percent_of_exposed_length",
+    "body_max_percent": "body_max_percent_of_exposed_length",
+    "tip_error_percent": "tip_error_percent_of_exposed_length",
+    "tip_error_at_progress_percent": "tip_error_at_progress_percent_of_exposed_length",
 }
 
 
@@ -53,6 +53,11 @@ class Plan:
     tip_error: np.ndarray
     tip_error_at_progress: np.ndarray
     shapes: tuple[Shape, ...]
+
+    def __post_init__(self) -> None:
+        for value in vars(self).values():
+            if isinstance(value, np.ndarray):
+                value.setflags(write=False)
 
     @property
     def exposed_length(self) -> np.ndarray:
@@ -115,16 +120,22 @@ class Plan:
         }
 
     def write(self, path) -> Path:
-        """Write as .csv or .json (units in the headers or SI keys). Raises `InvalidInput` for another suffix."""
+        """Write as .csv or .json, SI units in the headers. Raises `InvalidInput` for another suffix or folder."""
         path = Path(path)
-        match path.suffix.lower():
-            case ".csv":
-                with path.open("w", newline="", encoding="utf-8") as file:
-                    table = csv.writer(file)
-                    table.writerow(header for header, _ in COLUMNS.values())
-                    table.writerows(zip(*(getattr(self, name).tolist() for name in COLUMNS), strict=True))
-            case ".json":
-                path.write_text(json.dumps(self.to_dict(), indent=1) + "\n", encoding="utf-8")
-            case other:
-                raise InvalidInput("output", other or str(path), "a file name that ends in .csv or .json")
+        if path.suffix.lower() not in (".csv", ".json"):
+            raise InvalidInput("output", str(path), "a file name that ends in .csv or .json")
+        try:
+            with path.open("w", newline="", encoding="utf-8") as file:
+                self._write_table(file) if path.suffix.lower() == ".csv" else self._write_json(file)
+        except OSError as error:
+            raise InvalidInput("output", str(path), f"a file that can be written ({error.strerror})") from None
         return path
+
+    def _write_table(self, file) -> None:
+        table = csv.writer(file)
+        table.writerow(COLUMNS.values())
+        table.writerows(zip(*(getattr(self, name).tolist() for name in COLUMNS), strict=True))
+
+    def _write_json(self, file) -> None:
+        json.dump(self.to_dict(), file, indent=1)
+        file.write("\n")

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..errors import InvalidInput, NotConverged
-from ..robot import Robot
+from ..robot import Robot, as_robot
 from ..statics.equilibrium import solve
 from ..statics.shape import Shape
 
@@ -25,10 +25,14 @@ class Motion:
     tension: np.ndarray
     shapes: tuple[Shape, ...]
 
+    def __post_init__(self) -> None:
+        for array in (self.insertion, self.rotation, self.tension):
+            array.setflags(write=False)
+
     @property
     def tip(self) -> np.ndarray:
         """(n, 3) path of the tip of the neutral axis, m, world frame."""
-        return np.array([shape.tip for shape in self.shapes])
+        return np.array([shape.tip for shape in self.shapes]).reshape(-1, 3)
 
 
 def progress(robot: Robot, insertion, rotation, tension, samples: int | None = None, watch=None, **loads) -> Motion:
@@ -41,7 +45,9 @@ def progress(robot: Robot, insertion, rotation, tension, samples: int | None = N
     section frame at the outer tube's exit: 0 throughout is the paper's follow-the-leader law phi_p = 2 pi turns (eta
     - 1). Raises `InvalidInput` that names the row, and `NotConverged`.
     """
-    insertion, rotation, tension = _table(robot, insertion, rotation, tension)
+    insertion, rotation, tension = _table(as_robot(robot), insertion, rotation, tension)
+    if samples is not None and (isinstance(samples, bool) or not isinstance(samples, (int, np.integer)) or samples < 2):
+        raise InvalidInput("samples", samples, "a whole number >= 2, or None")
     shapes: list[Shape] = []
     for k, (eta, phi, tau) in enumerate(zip(insertion.tolist(), rotation.tolist(), tension, strict=True)):
         shapes.append(_step(robot, k, eta, phi, tau, samples, shapes[-1] if shapes else None, loads))
@@ -55,7 +61,8 @@ def _step(robot, k, eta, phi, tau, samples, start, loads) -> Shape:
     try:
         return solve(robot, tau, insertion=eta, rotation=phi, s=s, start=start, **loads)
     except InvalidInput as error:
-        raise InvalidInput(f"row {k + 1}: {error.field}", error.value, error.allowed) from None
+        field = error.field.replace("tensions", "tension")
+        raise InvalidInput(f"row {k + 1}: {field}", error.value, error.allowed) from None
     except NotConverged as error:
         error.args = (f"row {k + 1}: {error.args[0]}",)
         raise
@@ -69,6 +76,9 @@ def _table(robot: Robot, insertion, rotation, tension):
             arrays[name] = np.atleast_1d(np.asarray(values, dtype=float))
         except (TypeError, ValueError):
             raise InvalidInput(name, values, "numbers") from None
+        most = 2 if name == "tension" else 1
+        if arrays[name].ndim > most:
+            raise InvalidInput(name, f"an array of {arrays[name].ndim} dimensions", f"a number or {most} dimension(s)")
     size = max(array.shape[0] for array in arrays.values())
     for name, array in arrays.items():
         if array.shape[0] not in (1, size):

@@ -10,6 +10,7 @@ from .shape import capacity, state_size
 
 STEPS = 32  # of the integrator, while under way
 FARTHEST = 0.05  # of the length: motion of the body in one step above which the step is halved, lest a branch be jumped
+ENOUGH = 1.0 / 256  # step of the load factor below which a loss of stability is taken for the branch's own
 SMALLEST = 1.0 / 4096  # step of the load factor at which the way counts as closed
 # Ways from (load, tension) = (0, .) to (1, 1); the first starts from the tendons alone, where the answer is known.
 WAYS = (((0.0, 1.0), (1.0, 1.0)), ((0.0, 0.0), (1.0, 1.0)), ((0.0, 0.0), (1.0, 0.0), (1.0, 1.0)))
@@ -36,7 +37,8 @@ def _walk(kernel, rod, tendons, problem, way):
         at, stride = 0.0, 0.25
         while code == 0 and at < 1.0:
             to = min(1.0, at + stride)
-            if walker.go(load0 + to * (load1 - load0), tension0 + to * (tension1 - tension0)) == 0:
+            factors = load0 + to * (load1 - load0), tension0 + to * (tension1 - tension0)
+            if walker.go(*factors, keep_stable=stride > ENOUGH) == 0:
                 at, stride = to, 1.5 * stride
             else:
                 stride *= 0.5
@@ -52,16 +54,16 @@ class _Walker:
     def __init__(self, kernel, rod, tendons, problem) -> None:
         self.kernel, self.rod, self.tendons, self.problem = kernel, rod, tendons, problem
         self.state, self.jacobian, self.stats = np.empty(0), np.eye(3), np.zeros(8)
-        self.scratch, self.wanted = np.empty(kernel.SCRATCH), 0
+        self.scratch, self.wanted, self.stable = np.empty(kernel.SCRATCH), 0, True
 
-    def go(self, load: float, tension: float) -> int:
-        """Solve at these factors; keep the result if it converged. Returns the kernel's code."""
+    def go(self, load: float, tension: float, keep_stable: bool = False) -> int:
+        """Solve at these factors; keep the result if it converged near the last one. Returns the kernel's code."""
         steps = max(STEPS, int(self.problem[27]))
         problem, tendons = self.problem.copy(), self.tendons.copy()
         problem[:12] *= load
         tendons[:, 6] *= tension
         problem[27] = steps
-        return self._attempt(problem, tendons, steps + 2 * len(tendons) + 2)
+        return self._attempt(problem, tendons, steps + 2 * len(tendons) + 2, keep_stable)
 
     def arrive(self):
         """Repeat the last solve with the accuracy or the steps that were asked for."""
@@ -72,7 +74,7 @@ class _Walker:
                 return code, self.stats, self.state, self.jacobian
             capacity = self.wanted + 2 * len(self.tendons) + 2
 
-    def _attempt(self, problem, tendons, capacity: int) -> int:
+    def _attempt(self, problem, tendons, capacity: int, keep_stable: bool = False) -> int:
         state, jacobian, stats = np.empty(state_size(capacity)), self.jacobian.copy(), np.zeros(8)
         if self.state.size:
             transfer(self.state, int(self.stats[5]), int(self.stats[4]), state)
@@ -81,7 +83,12 @@ class _Walker:
         if code == 0 and problem[27] > 0 and self._moved(state, stats) > FARTHEST * problem[12]:
             code = 2
         if code == 0:
-            self.state, self.jacobian, self.stats = state, jacobian, stats
+            half, n = int(stats[5]), int(stats[4])
+            stable = self.kernel.stability(self.rod, tendons, problem, state, half, n, self.scratch) > 0
+            if keep_stable and self.stable and not stable:
+                code = 2
+        if code == 0:
+            self.state, self.jacobian, self.stats, self.stable = state, jacobian, stats, stable
         self.wanted = int(stats[4])
         return code
 

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import InvalidInput, NotConverged, finite, nonnegative, vector, within
-from ..robot import Robot
+from ..robot import Robot, as_robot
 from .continuation import follow_load, transfer
 from .shape import Shape, Status, state_size
 
@@ -52,8 +52,7 @@ def solve(
     Returns a `Shape`. Raises `InvalidInput`; `NotConverged` unless ``throw`` is False, which returns the status
     instead. Source: Cosserat rod of the paper's eqs. 1-5 with the corrections of docs/derivations, in total-force form.
     """
-    if not isinstance(robot, Robot):
-        raise InvalidInput("robot", robot, "a Robot, as load_robot gives it")
+    as_robot(robot)
     if not (start is None or isinstance(start, Shape)):
         raise InvalidInput("start", start, "a Shape or None")
     kernel = _kernel or load_kernel()
@@ -126,6 +125,15 @@ def sampled(robot: Robot, tendons, problem, state, half: int, n: int, at) -> np.
     rows = _rows(kernel, _rod_constants(robot), tendons, problem, state, half, n, at, np.zeros(8))
     rows.setflags(write=False)
     return rows
+
+
+def is_stable(shape: Shape) -> bool:
+    """See `Shape.stable`."""
+    if shape.length == 0.0:
+        return True
+    kernel = _kernel or load_kernel()
+    rod, tendons, half = _rod_constants(shape.robot), shape._tendons(), shape._half
+    return kernel.stability(rod, tendons, shape._problem, shape._state, half, shape.steps, np.empty(kernel.SCRATCH)) > 0
 
 
 def _rows(kernel, rod, tendons, problem, state, half, n, at, stats) -> np.ndarray:

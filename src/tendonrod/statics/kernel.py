@@ -13,7 +13,8 @@ Arrays shared by every function
     span     (2,)    exposed length, material coordinate of the exit
     frame    (12,)   p[3] R[9] (row by row)
     x        (6,)    v[3] u[3]
-    scratch  (140,)  C1[36] C2[36] frame1[12] frame2[12] M1[3] M2[3] Y[18] k1[18] ratio
+    scratch  (190,)  C1[36] C2[36] frame1[12] frame2[12] M1[3] M2[3] Y[18] slopes[36] stage[6]
+                     ratio strains[12] next frame and moment[15]
 """
 
 import math
@@ -30,8 +31,21 @@ _W = [
 ]  # fmt: skip
 W11, W12, W21, W22 = *_W[0], *_W[1]
 
-C1, C2, FRAME1, FRAME2, MOMENT1, MOMENT2, VARIED, SLOPE, RATIO = 0, 36, 72, 84, 96, 99, 102, 120, 138
-SCRATCH = 140
+C1, C2, FRAME1, FRAME2, MOMENT1, MOMENT2, VARIED, SLOPE, STAGE, RATIO, STRAINS, NEXT = (
+    0,
+    36,
+    72,
+    84,
+    96,
+    99,
+    102,
+    120,
+    156,
+    162,
+    163,
+    175,
+)
+SCRATCH = 190
 FARTHEST = 0.15  # of the length: motion of the tip by the loads that a cold start may find at once
 CONVERGED, LOCAL_FAILED, STALLED, TOO_SMALL = 0, 1, 2, 3
 
@@ -279,14 +293,13 @@ def step(rod, tendons, load, length, s_exit, s, h, g, at, M, mat, x, k, tol, g_o
 
 
 @jit
-def vary(w, g, mat, x, k, c, N0, N1, N2, Y, y, scale, K, out, slope):
-    """Slope of a variation (Theta, dM)(world frame) at a stage: Theta' = R du, dM' = -(Theta x R v + R dv) x N."""
+def vary(w, g, mat, x, k, c, N0, N1, N2, slope):
+    """Slope of the variation (Theta, dM) at w[STAGE:], world frame: Theta' = R du, dM' = -(Theta x R v + R dv) x N."""
     R00, R01, R02, R10, R11, R12, R20, R21, R22 = (
         w[g + 3], w[g + 4], w[g + 5], w[g + 6], w[g + 7], w[g + 8], w[g + 9], w[g + 10], w[g + 11]
     )  # fmt: skip
     M0, M1, M2 = w[mat], w[mat + 1], w[mat + 2]
-    T0, T1, T2 = Y[y] + scale * K[slope], Y[y + 1] + scale * K[slope + 1], Y[y + 2] + scale * K[slope + 2]
-    D0, D1, D2 = Y[y + 3] + scale * K[slope + 3], Y[y + 4] + scale * K[slope + 4], Y[y + 5] + scale * K[slope + 5]
+    T0, T1, T2, D0, D1, D2 = w[STAGE], w[STAGE + 1], w[STAGE + 2], w[STAGE + 3], w[STAGE + 4], w[STAGE + 5]
     a0, a1, a2 = N1 * T2 - N2 * T1, N2 * T0 - N0 * T2, N0 * T1 - N1 * T0
     b0, b1, b2 = D0 + M1 * T2 - M2 * T1, D1 + M2 * T0 - M0 * T2, D2 + M0 * T1 - M1 * T0
     n0, n1, n2 = R00 * a0 + R10 * a1 + R20 * a2, R01 * a0 + R11 * a1 + R21 * a2, R02 * a0 + R12 * a1 + R22 * a2
@@ -303,10 +316,39 @@ def vary(w, g, mat, x, k, c, N0, N1, N2, Y, y, scale, K, out, slope):
     q0 = T1 * p2 - T2 * p1 + R00 * v0 + R01 * v1 + R02 * v2
     q1 = T2 * p0 - T0 * p2 + R10 * v0 + R11 * v1 + R12 * v2
     q2 = T0 * p1 - T1 * p0 + R20 * v0 + R21 * v1 + R22 * v2
-    out[slope], out[slope + 1], out[slope + 2] = (
+    w[slope], w[slope + 1], w[slope + 2] = (
         R00 * u0 + R01 * u1 + R02 * u2, R10 * u0 + R11 * u1 + R12 * u2, R20 * u0 + R21 * u1 + R22 * u2
     )  # fmt: skip
-    out[slope + 3], out[slope + 4], out[slope + 5] = -(q1 * N2 - q2 * N1), -(q2 * N0 - q0 * N2), -(q0 * N1 - q1 * N0)
+    w[slope + 3], w[slope + 4], w[slope + 5] = -(q1 * N2 - q2 * N1), -(q2 * N0 - q0 * N2), -(q0 * N1 - q1 * N0)
+
+
+@jit
+def start_variations(w):
+    """Variations at the base: Theta = 0, dM the three unit vectors; no slopes yet."""
+    for i in range(54):
+        w[VARIED + i] = 0.0
+    w[VARIED + 3] = w[VARIED + 10] = w[VARIED + 17] = 1.0
+
+
+@jit
+def vary_step(load, length, s, h, x, k, sweeps, w):
+    """Carry the variations over the step just made, by its own two-stage rule, the slopes of the last step as guess."""
+    e1, e2 = length - s - GAUSS * h, length - s - (1.0 - GAUSS) * h
+    a0, a1, a2 = load[0] + load[6] * e1, load[1] + load[7] * e1, load[2] + load[8] * e1
+    b0, b1, b2 = load[0] + load[6] * e2, load[1] + load[7] * e2, load[2] + load[8] * e2
+    for j in range(3):
+        y, k1, k2 = VARIED + 6 * j, SLOPE + 12 * j, SLOPE + 12 * j + 6
+        for q in range(6):
+            w[k1 + q] = w[k2 + q]
+        for _ in range(sweeps):
+            for q in range(6):
+                w[STAGE + q] = w[y + q] + h * (0.25 * w[k1 + q] + (GAUSS - 0.25) * w[k2 + q])
+            vary(w, FRAME1, MOMENT1, x, k, C1, a0, a1, a2, k1)
+            for q in range(6):
+                w[STAGE + q] = w[y + q] + h * ((0.75 - GAUSS) * w[k1 + q] + 0.25 * w[k2 + q])
+            vary(w, FRAME2, MOMENT2, x, k + 6, C2, b0, b1, b2, k2)
+        for q in range(6):
+            w[y + q] += 0.5 * h * (w[k1 + q] + w[k2 + q])
 
 
 @jit
@@ -315,10 +357,7 @@ def integrate(rod, tendons, load, span, grid, n, g, M, x, tol, with_jacobian, J,
     length, total = span[0], 0
     w[RATIO] = 0.2
     if with_jacobian:
-        for i in range(18):
-            w[VARIED + i] = 0.0
-            w[SLOPE + i] = 0.0
-        w[VARIED + 3] = w[VARIED + 10] = w[VARIED + 17] = 1.0
+        start_variations(w)
     for i in range(n):
         s, h = grid[i], grid[i + 1] - grid[i]
         sweeps = step(rod, tendons, load, length, span[1], s, h, g, 12 * i, M, 3 * i, x, 12 * i, tol,
@@ -326,25 +365,32 @@ def integrate(rod, tendons, load, span, grid, n, g, M, x, tol, with_jacobian, J,
         if sweeps < 0:
             return -1
         total += sweeps
-        if with_jacobian:  # explicit two-stage rule on the Gauss nodes, the slope of the step before as predictor
-            e1, e2 = length - s - GAUSS * h, length - s - (1.0 - GAUSS) * h
-            a0, a1, a2 = load[0] + load[6] * e1, load[1] + load[7] * e1, load[2] + load[8] * e1
-            b0, b1, b2 = load[0] + load[6] * e2, load[1] + load[7] * e2, load[2] + load[8] * e2
-            for j in range(0, 18, 6):
-                vary(w, FRAME1, MOMENT1, x, 12 * i, C1, a0, a1, a2, w, VARIED + j, GAUSS * h, w, w, SLOPE + j)
-                for q in range(VARIED + j, VARIED + j + 6):
-                    w[q] += 0.5 * h * w[q + 18]
-                # at the second node: Y + c2 h k1, of which h/2 k1 is already in
-                vary(
-                    w, FRAME2, MOMENT2, x, 12 * i + 6, C2, b0, b1, b2, w, VARIED + j, (0.5 - GAUSS) * h, w, w, SLOPE + j
-                )
-                for q in range(VARIED + j, VARIED + j + 6):
-                    w[q] += 0.5 * h * w[q + 18]
+        if with_jacobian:
+            vary_step(load, length, s, h, x, 12 * i, 1, w)
     if with_jacobian:
         for j in range(3):
             for i in range(3):
                 J[i, j] = w[VARIED + 6 * j + 3 + i]
     return total
+
+
+@jit
+def steady(w):
+    """Whether Theta' dM at the end of the varied walk is positive definite: with no conjugate point before, stability.
+
+    The variations that start with Theta = 0 span the rod's second variation; the free end adds this form (docs/method).
+    """
+    y = VARIED
+    a = w[y] * w[y + 3] + w[y + 1] * w[y + 4] + w[y + 2] * w[y + 5]
+    d = w[y + 6] * w[y + 9] + w[y + 7] * w[y + 10] + w[y + 8] * w[y + 11]
+    f = w[y + 12] * w[y + 15] + w[y + 13] * w[y + 16] + w[y + 14] * w[y + 17]
+    b = 0.5 * (w[y] * w[y + 9] + w[y + 1] * w[y + 10] + w[y + 2] * w[y + 11]
+               + w[y + 6] * w[y + 3] + w[y + 7] * w[y + 4] + w[y + 8] * w[y + 5])  # fmt: skip
+    c = 0.5 * (w[y] * w[y + 15] + w[y + 1] * w[y + 16] + w[y + 2] * w[y + 17]
+               + w[y + 12] * w[y + 3] + w[y + 13] * w[y + 4] + w[y + 14] * w[y + 5])  # fmt: skip
+    e = 0.5 * (w[y + 6] * w[y + 15] + w[y + 7] * w[y + 16] + w[y + 8] * w[y + 17]
+               + w[y + 12] * w[y + 9] + w[y + 13] * w[y + 10] + w[y + 14] * w[y + 11])  # fmt: skip
+    return a > 0.0 and a * d - b * b > 0.0 and a * (d * f - e * e) - b * (b * f - c * e) + c * (b * e - c * d) > 0.0
 
 
 @jit
@@ -378,8 +424,13 @@ def shoot(rod, tendons, load, span, grid, n, g, M, x, J, have_jacobian, tol, sof
     stats: [0] residual (scaled to EI / length) [1] iterations [2] sweeps.
     """
     before, fresh, scale = 1e300, False, softness / span[0]
-    bound = 0.25  # the first correction must do this well (Deuflhard's restricted monotonicity), the others half as well
-    loose, fine = 1e-3 * span[0], max(0.3 * tol, 1e-14 * span[0])  # how well the stages must settle: far from and near the answer
+    bound = (
+        0.25  # the first correction must do this well (Deuflhard's restricted monotonicity), the others half as well
+    )
+    loose, fine = (
+        1e-3 * span[0],
+        max(0.3 * tol, 1e-14 * span[0]),
+    )  # how well the stages must settle: far from and near the answer
     y0 = y1 = y2 = r0 = r1 = r2 = 0.0
     for iteration in range(limit):
         stats[1] += 1
@@ -396,14 +447,21 @@ def shoot(rod, tendons, load, span, grid, n, g, M, x, J, have_jacobian, tol, sof
         floor = 1e-15 * softness * (math.sqrt(M[0] * M[0] + M[1] * M[1] + M[2] * M[2]) + stats[3])
         if want:
             fresh = True
+            if iteration == 0 and not steady(w):
+                return STALLED  # the loads are past the first critical one: let continuation find the way
         elif before < 1e300:
             if r > (bound if before * softness > 1e-3 * span[0] else 0.6) * before:
-                if r * softness < 1e3 * fine and fine > 1e-14 * span[0]:  # the stages may speak louder than the residual
+                if (
+                    r * softness < 1e3 * fine and fine > 1e-14 * span[0]
+                ):  # the stages may speak louder than the residual
                     fine, before, loose = max(0.03 * fine, 1e-14 * span[0]), 1e300, 0.0
                     continue
                 if fresh:
                     return CONVERGED if r * softness < max(tol, 20 * floor) else STALLED
-                have_jacobian, before = False, 1e300  # an old or updated Jacobian misled: go back and take the exact one
+                have_jacobian, before = (
+                    False,
+                    1e300,
+                )  # an old or updated Jacobian misled: go back and take the exact one
                 M[0], M[1], M[2] = M[0] + y0, M[1] + y1, M[2] + y2
                 continue
             z = y0 * y0 + y1 * y1 + y2 * y2
@@ -594,9 +652,18 @@ def equilibrium(rod, tendons, problem, state, J, stats, w):
         stats[4], stats[5] = n, 0
         stats[6] = problem[29] * (1.0 + 4.0 * moved) * max(1.0, own / own_before) if moved < 0.15 else math.inf
         if status == CONVERGED:
-            if steps > 0 or stats[6] <= accuracy:
+            if stats[6] <= accuracy and steps == 0:
                 return status
-            if problem[29] < math.inf:  # verify against half the steps; where nothing was known, against the double below
+            if steps > 0:
+                m = lay(tendons, span, steps, grid2)
+                if m != n:  # came from a grid of other size
+                    carry(grid, n, g, M, x, only, grid2, m, g2, M2, x2, only2)
+                    stats[4], stats[5] = m, 1
+                    return shoot(rod, tendons, load, span, grid2, m, g2, M2, x2, J, True, tol, softness, 30, stats, w)
+                return status
+            if (
+                problem[29] < math.inf
+            ):  # verify against half the steps; where nothing was known, against the double below
                 m, half = lay(tendons, span, (n + 1) // 2, grid2), 1
                 carry(grid, n, g, M, x, only, grid2, m, g2, M2, x2, only2)
                 grid, g, M, x, only, n = grid2, g2, M2, x2, only2, m
@@ -660,6 +727,32 @@ def equilibrium(rod, tendons, problem, state, J, stats, w):
         carry(grid, n, g, M, x, only, grid2, m, g2, M2, x2, only2)
         half, grid, g, M, x, only, n = 1 - half, grid2, g2, M2, x2, only2, m
         status = shoot(rod, tendons, load, span, grid, n, g, M, x, J, True, tol, softness, 30, stats, w)
+
+
+@jit
+def stability(rod, tendons, problem, state, half, n, w):
+    """1 where the second variation of a solved rod is positive, -1 where it is not, 0 where the walk fails."""
+    load, span = problem[:12], problem[12:14]
+    grid, g, M, x, _ = parts(state, capacity(state), half)
+    w[RATIO] = 0.9
+    start_variations(w)
+    for i in range(n):
+        s, h = grid[i], grid[i + 1] - grid[i]
+        for q in range(12):
+            w[STRAINS + q] = x[12 * i + q]
+        if step(rod, tendons, load, span[0], span[1], s, h, g, 12 * i, M, 3 * i, w, STRAINS, 1e-6 * span[0],
+                w, NEXT, w, NEXT + 12, w) < 0:  # fmt: skip
+            return 0
+        vary_step(load, span[0], s, h, w, STRAINS, 4, w)
+        y = VARIED
+        volume = (
+            w[y] * (w[y + 7] * w[y + 14] - w[y + 8] * w[y + 13])
+            - w[y + 6] * (w[y + 1] * w[y + 14] - w[y + 2] * w[y + 13])
+            + w[y + 12] * (w[y + 1] * w[y + 8] - w[y + 2] * w[y + 7])
+        )
+        if not volume > 0.0:  # det Theta has passed zero: a conjugate point
+            return -1
+    return 1 if steady(w) else -1
 
 
 @jit

@@ -9,16 +9,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..errors import NotConverged
+from ..robot import Robot, as_robot
 from ..section import NotchedTube
 from .equilibrium import solve
 
 if TYPE_CHECKING:
-    from ..robot import Robot
     from .shape import Shape
 
 PLATEAU_STRAIN = 500e6 / 75e9  # nitinol leaves linear elasticity near 500 MPa (E = 75 GPa): 0.67 %
 RECOVERABLE_STRAIN = 0.06  # lower end of 6 to 8 %
-SEARCHED = np.geomspace(1e-3, 1e3, 241)  # N
+SEARCHED = np.concatenate([[0.0], np.geomspace(1e-8, 0.3, 301)])  # tensions, as shares of EA
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,7 +40,7 @@ def tension_limits(robot: Robot) -> tuple[Limit, ...]:
     """Limits of ``robot`` as `Limit`, for each tendon pulled alone without external load; physics from
     docs/limitations.
     """
-    return tuple(limit for i in range(robot.n_tendons) for limit in _tendon_limits(robot, i))
+    return tuple(limit for i in range(as_robot(robot).n_tendons) for limit in _tendon_limits(robot, i))
 
 
 def euler_loads(robot: Robot) -> tuple[float, float]:
@@ -67,7 +67,9 @@ def wall_pressure(shape: Shape, i: int) -> np.ndarray:
     x, y, _ = shape.robot.tendon_position(i, shape.material_coordinate).T
     slope = routing[4] * np.stack([routing[1] - y, x - routing[0], 0.0 * x], axis=1)
     q = np.cross(shape.u, np.stack([x, y, 0.0 * x], axis=1)) + slope + shape.v
-    return np.cross(shape.u, q)[:, 0]
+    end = routing[5] * (1.0 - 1e-9) if routing[5] < shape.robot.length_na else np.inf  # at its end it has let go
+    reach = shape.material_coordinate < end
+    return np.cross(shape.u, q)[reach, 0]
 
 
 def shape_warnings(shape: Shape) -> tuple[str, ...]:
@@ -75,7 +77,13 @@ def shape_warnings(shape: Shape) -> tuple[str, ...]:
     if not shape.converged:
         return ()
     whole = shape.at(np.linspace(0.0, shape.length, max(16, shape.steps) + 1))
-    return tuple(_strain_warnings(whole) + _closure_warnings(whole) + _lift_warnings(whole))
+    return tuple(
+        _stability_warnings(shape) + _strain_warnings(whole) + _closure_warnings(whole) + _lift_warnings(whole)
+    )
+
+
+def _stability_warnings(shape: Shape) -> list[str]:
+    return [] if shape.stable else ["this equilibrium is unstable: the rod would buckle away from it"]
 
 
 def _strain_warnings(shape: Shape) -> list[str]:
@@ -99,8 +107,7 @@ def _lift_warnings(shape: Shape) -> list[str]:
     for i, tendon in enumerate(shape.robot.tendons):
         if tendon.routing != "opposite_backbone" or shape.tensions[i] == 0.0:
             continue
-        reach = shape.material_coordinate <= shape.robot.routing[i, 5]
-        if np.any(wall_pressure(shape, i)[reach] <= 0.0):
+        if wall_pressure(shape, i).min(initial=np.inf) <= 0.0:
             found.append(
                 f"tendon {i + 1} lifts off the notched wall and runs shorter than modelled, below its lift-off tension"
             )
@@ -122,7 +129,7 @@ def _tendon_limits(robot: Robot, i: int) -> list[Limit]:
         tension = _crossing(robot, i, lambda shape: shape.u[:, 1].max() - body.closure_curvature)
         found.append(("notch closure", "curvature at which notch edges meet", body.closure_curvature, "1/m", tension))
     if robot.tendons[i].routing == "opposite_backbone":
-        tension = _crossing(robot, i, lambda shape: wall_pressure(shape, i).min())
+        tension = _crossing(robot, i, lambda shape: wall_pressure(shape, i).min(initial=np.inf))
         found.append(("tendon lift-off", "below this tension the tendon leaves the notched wall", 0.0, "1/m", tension))
     return [Limit(name=a, meaning=b, value=c, unit=d, tendon=i, tension=e) for a, b, c, d, e in found]
 
@@ -135,14 +142,14 @@ def _crossing(robot: Robot, i: int, excess) -> float | None:
         tensions[i] = tension
         return float(excess(solve(robot, tensions, insertion=1.0)))
 
-    before, low = None, 0.0
-    for tension in SEARCHED.tolist():
+    before, low = -np.inf, 0.0
+    for tension in (SEARCHED * robot.section.Kse[2]).tolist():
         try:
             now = at(tension)
         except NotConverged:
             return None
-        if now > 0.0 and before is not None:
-            return _root(at, low, tension) if before < 0.0 else low
+        if now > 0.0:
+            return _root(at, low, tension) if before < 0.0 else None
         before, low = now, tension
     return None
 

@@ -144,6 +144,13 @@ class Shape:
         """(n,) s_m = s + (1 - insertion) L_na, m."""
         return self.s + self._problem[13]
 
+    @cached_property
+    def stable(self) -> bool | None:
+        """Whether the energy's second variation is positive (Jacobi's condition, docs/method); None if not solved."""
+        from .equilibrium import is_stable
+
+        return is_stable(self) if self.converged else None
+
     @property
     def warnings(self) -> tuple[str, ...]:
         """Sentences on where the linear model leaves its range: plateau, closed notches, lifted tendon."""

@@ -1,0 +1,43 @@
+"""Push ExoNav out of its outer tube without load: at constant tension its body never leaves the path of its tip."""
+
+import numpy as np
+
+import tendonrod
+from tendonrod.motion.progression import progress
+
+robot = tendonrod.load_robot("exonav-1")
+insertion = np.linspace(0.0, 1.0, 21)  # exposed share of the robot
+rotation = 0.0  # rad, of the exit section; the motor turns by 2 pi (insertion - 1)
+tension = 0.7  # N
+
+motion = progress(robot, insertion, rotation, tension, samples=60)
+leader = tendonrod.solve(robot, tension)
+
+# m; constant tension is exact follow-the-leader motion where nothing else pulls
+strayed = max(np.abs(shape.position - leader.at(shape.s).position).max() for shape in motion.shapes)
+assert strayed < 1e-10, strayed
+
+
+def show() -> None:
+    import matplotlib.pyplot as plt
+
+    _, (follows, swings) = plt.subplots(2, sharex=True, sharey=True, figsize=(6.0, 6.0), layout="constrained")
+    held = progress(robot, insertion, 2 * np.pi * (1 - insertion), tension, samples=60)  # the motor stands still
+    for axes, moved, title in (
+        (follows, motion, "Turned as it comes out"),
+        (swings, held, "Only pushed"),
+    ):
+        _, y, z = 1e3 * moved.tip.T
+        axes.plot(z, y, "k:", label="path of the tip", zorder=3)
+        for shape in moved.shapes[4::4]:
+            _, y, z = 1e3 * shape.position.T
+            colour = plt.get_cmap("viridis")(1.1 * (1 - shape.insertion))
+            axes.plot(z, y, color=colour, linewidth=1 + 4 * (1 - shape.insertion), label=f"η = {shape.insertion:.1f}")
+        axes.set(title=title, ylabel="y (mm)", aspect="equal")
+    swings.set(xlabel="z (mm)")
+    follows.legend(fontsize="small", ncols=2)
+    plt.show()
+
+
+if __name__ == "__main__":
+    show()

@@ -1,0 +1,68 @@
+"""Second variation: Euler's load, the branch that a loaded rod takes past it, and what a shape says about itself."""
+
+import numpy as np
+import pytest
+
+from tendonrod import solve
+from tendonrod.statics.limits import euler_loads
+from textbook import GRAVITY, prototype, rod
+
+COLUMN = rod(length=0.3)
+EULER = euler_loads(COLUMN)[0]
+
+
+def pushed(factor: float, sideways: float = 0.0, **more):
+    return solve(COLUMN, tip_force=(sideways * factor * EULER, 0.0, -factor * EULER), **more)
+
+
+@pytest.mark.parametrize("steps", [12, 40])
+def test_a_straight_column_loses_stability_at_eulers_load(steps):
+    """Clamped and free, within 0.1 %: the rod is stiff in extension and shear, so that Euler's formula holds."""
+    assert pushed(0.999, steps=steps).stable
+    assert not pushed(1.001, steps=steps).stable
+    assert np.allclose(pushed(1.001).tip[:2], 0.0, atol=1e-12)
+
+
+def test_a_weaker_plane_decides():
+    flat = COLUMN.replace(radius=None, area=7.9e-7, ix=2e-14, iy=5e-14, j=7e-14)
+    weak, _ = euler_loads(flat)
+    assert solve(flat, tip_force=(0.0, 0.0, -0.999 * weak)).stable
+    assert not solve(flat, tip_force=(0.0, 0.0, -1.001 * weak)).stable
+
+
+@pytest.mark.parametrize(("factor", "x"), [(1.1, 0.1534), (1.5, 0.2366)])
+def test_past_eulers_load_an_imperfect_column_takes_the_stable_branch(factor, x):
+    """One part in a thousand sideways decides the side; the deflection is near the elastica's own."""
+    shape = pushed(factor, 1e-3)
+    assert shape.stable
+    assert shape.tip[0] == pytest.approx(x, rel=1e-3)
+    mirrored = pushed(factor, -1e-3)
+    assert mirrored.stable
+    assert mirrored.tip[0] == pytest.approx(-shape.tip[0], rel=1e-6)
+
+
+def test_the_elastica_past_buckling():
+    """Exact post-buckling (Timoshenko): a tip angle of 40 degrees, by complete elliptic integrals."""
+    from scipy.special import ellipe, ellipk
+
+    m = np.sin(np.deg2rad(20.0)) ** 2
+    factor = (2.0 * ellipk(m) / np.pi) ** 2
+    shape = pushed(factor, 1e-6, accuracy=1e-8)
+    span = 2.0 * np.sqrt(m) / ellipk(m) * COLUMN.section.L_na
+    assert shape.stable
+    assert shape.tip[0] == pytest.approx(span, rel=1e-3)
+    assert shape.tip[2] / COLUMN.section.L_na == pytest.approx(2.0 * ellipe(m) / ellipk(m) - 1.0, rel=1e-3)
+
+
+def test_the_robot_under_its_own_weight_is_stable_and_a_buckled_one_says_so():
+    assert solve(prototype(1), 0.7, GRAVITY).stable
+    assert solve(prototype(1), 0.7).stable
+    assert solve(prototype(1), 0.7, insertion=0.0).stable
+    assert not any("unstable" in sentence for sentence in solve(prototype(1), 0.7, GRAVITY).warnings)
+    assert any("unstable" in sentence for sentence in pushed(1.5).warnings)
+
+
+def test_what_did_not_converge_is_not_called_stable():
+    shape = solve(prototype(1), 0.7, tip_force=(1e5, 0.0, -1e6), throw=False)
+    assert not shape.converged
+    assert shape.stable is None
