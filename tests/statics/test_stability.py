@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tendonrod import solve
+from tendonrod import PlainRod, Robot, solve
 from tendonrod.statics.limits import euler_loads
 from textbook import GRAVITY, prototype, rod
 
@@ -24,7 +24,9 @@ def test_a_straight_column_loses_stability_at_eulers_load(steps):
 
 
 def test_a_weaker_plane_decides():
-    flat = COLUMN.replace(radius=None, area=7.9e-7, ix=2e-14, iy=5e-14, j=7e-14)
+    area = {"area": 7.9e-7, "ix": 2e-14, "iy": 5e-14, "j": 7e-14}
+    body = PlainRod(length=0.3, youngs_modulus=75e9, shear_modulus=25e9, density=6255.0, **area)
+    flat = Robot(name="flat", body=body)
     weak, _ = euler_loads(flat)
     assert solve(flat, tip_force=(0.0, 0.0, -0.999 * weak)).stable
     assert not solve(flat, tip_force=(0.0, 0.0, -1.001 * weak)).stable
@@ -47,11 +49,11 @@ def test_the_elastica_past_buckling():
 
     m = np.sin(np.deg2rad(20.0)) ** 2
     factor = (2.0 * ellipk(m) / np.pi) ** 2
-    shape = pushed(factor, 1e-6, accuracy=1e-8)
+    shape = pushed(factor, 1e-4, accuracy=1e-8)
     span = 2.0 * np.sqrt(m) / ellipk(m) * COLUMN.section.L_na
     assert shape.stable
-    assert shape.tip[0] == pytest.approx(span, rel=1e-3)
-    assert shape.tip[2] / COLUMN.section.L_na == pytest.approx(2.0 * ellipe(m) / ellipk(m) - 1.0, rel=1e-3)
+    assert shape.tip[0] == pytest.approx(span, rel=2e-3)
+    assert shape.tip[2] / COLUMN.section.L_na == pytest.approx(2.0 * ellipe(m) / ellipk(m) - 1.0, rel=2e-3)
 
 
 def test_the_robot_under_its_own_weight_is_stable_and_a_buckled_one_says_so():

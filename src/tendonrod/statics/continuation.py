@@ -10,8 +10,8 @@ from .shape import capacity, state_size
 
 STEPS = 32  # of the integrator, while under way
 FARTHEST = 0.05  # of the length: motion of the body in one step above which the step is halved, lest a branch be jumped
-ENOUGH = 1.0 / 256  # step of the load factor below which a loss of stability is taken for the branch's own
-SMALLEST = 1.0 / 4096  # step of the load factor at which the way counts as closed
+ENOUGH = 1.0 / 16384  # step of the load factor below which a loss of stability is taken for the branch's own
+SMALLEST = 1.0 / 65536  # step of the load factor at which the way counts as closed
 # Ways from (load, tension) = (0, .) to (1, 1); the first starts from the tendons alone, where the answer is known.
 WAYS = (((0.0, 1.0), (1.0, 1.0)), ((0.0, 0.0), (1.0, 1.0)), ((0.0, 0.0), (1.0, 0.0), (1.0, 1.0)))
 

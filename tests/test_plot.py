@@ -1,0 +1,143 @@
+"""Figures: they show what was computed, every axis says its unit, space is drawn to scale, files are written."""
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+
+from tendonrod import InvalidInput, PlainRod, Robot, Tendon, load_robot, solve
+from tendonrod.motion.follow_leader import plan_follow_leader
+from tendonrod.motion.progression import progress
+from tendonrod.plot import motion_figure, plan_figure, save, shape_figure
+from tendonrod.plot.style import reading_unit
+
+DOWN = (-9.81, 0.0, 0.0)
+UNITS = ("(mm)", "(N)", "(1/m)", "(deg)", "(µm)", "(nm)", "(-)", "η")
+
+
+@pytest.fixture(scope="module")
+def robot() -> Robot:
+    return load_robot("exonav-1")
+
+
+@pytest.fixture(scope="module")
+def plans(robot):
+    return [plan_follow_leader(robot, 0.7, DOWN, steps=5, freedom=freedom) for freedom in ("tension", "full")]
+
+
+@pytest.fixture(scope="module")
+def figures(robot, plans):
+    motion = progress(robot, np.linspace(0.0, 1.0, 6), 0.1, 0.5, gravity=DOWN)
+    return {
+        "shape": shape_figure(solve(robot, 0.7)),
+        "shapes": shape_figure([solve(robot, 0.7), solve(robot, 0.7, DOWN)], ["free", "heavy"]),
+        "motion": motion_figure(motion),
+        "plan": plan_figure(plans[0]),
+        "plans": plan_figure(plans),
+    }
+
+
+def panels(figure):
+    return [axes for axes in figure.axes if not hasattr(axes, "_colorbar")]
+
+
+@pytest.mark.parametrize("name", ["shape", "shapes", "motion", "plan", "plans"])
+def test_every_axis_has_a_label_with_its_unit(figures, name):
+    for axes in panels(figures[name]):
+        labels = [axes.get_xlabel(), axes.get_ylabel()] + ([axes.get_zlabel()] if hasattr(axes, "get_zlabel") else [])
+        assert all(any(unit in label for unit in UNITS) for label in labels), labels
+
+
+@pytest.mark.parametrize("name", ["shape", "shapes", "motion", "plan", "plans"])
+def test_one_millimetre_is_equally_long_in_every_direction_of_space(figures, name):
+    space = next(axes for axes in figures[name].axes if hasattr(axes, "get_zlim"))
+    across_and_up = space.get_proj()[:2, :3]  # rows of a rotation, but for one scale
+    gram = across_and_up @ across_and_up.T
+    assert gram == pytest.approx(gram[0, 0] * np.eye(2), abs=1e-9 * gram[0, 0])
+
+
+def test_bodies_lie_inside_the_axes_in_true_millimetres(figures, robot):
+    space = next(axes for axes in figures["shape"].axes if hasattr(axes, "get_zlim"))
+    axis = np.array(space.lines[0].get_data_3d())
+    assert axis[:, -1] == pytest.approx(1e3 * solve(robot, 0.7).centerline[-1], abs=1e-3)
+    limits = np.array([space.get_xlim(), space.get_ylim(), space.get_zlim()])
+    assert np.all((axis > limits[:, :1]) & (axis < limits[:, 1:]))
+
+
+def test_the_tendon_is_drawn_where_it_runs(figures, robot):
+    space = next(axes for axes in figures["shape"].axes if hasattr(axes, "get_zlim"))
+    drawn = [np.array(line.get_data_3d()).T for line in space.lines]
+    path = 1e3 * solve(robot, 0.7).tendon_path(0)
+    assert any(np.allclose(line[[0, -1]], path[[0, -1]], atol=1e-3) for line in drawn)
+
+
+def test_plan_figure_shows_the_plan(figures, plans):
+    tension = next(axes for axes in figures["plan"].axes if "tension" in axes.get_ylabel())
+    assert tension.lines[0].get_ydata() == pytest.approx(plans[0].tension)
+    fit = tension.lines[1]
+    assert fit.get_ydata() == pytest.approx(
+        np.polyval(np.polyfit(plans[0].progress, plans[0].tension, 2), fit.get_xdata())
+    )
+    assert any("rotation (deg)" in axes.get_ylabel() for axes in figures["plans"].axes)
+    assert not any("rotation" in axes.get_ylabel() for axes in figures["plan"].axes)
+
+
+def test_motion_figure_shows_the_commands(figures):
+    by_label = {axes.get_ylabel(): axes for axes in panels(figures["motion"])}
+    assert by_label["tension (N)"].lines[0].get_ydata() == pytest.approx(np.full(6, 0.5))
+    assert by_label["rotation (deg)"].lines[0].get_ydata() == pytest.approx(np.full(6, np.degrees(0.1)))
+
+
+@pytest.mark.parametrize("insertion", [0.0, 1e-3, 1.0])
+def test_any_insertion_can_be_drawn(robot, insertion, tmp_path):
+    assert save(shape_figure(solve(robot, 0.2, insertion=insertion)), tmp_path / "shape.png").stat().st_size > 10_000
+
+
+def test_plain_rods_with_many_tendons_or_none_can_be_drawn(tmp_path):
+    rod = PlainRod(length=0.5, radius=1e-3, youngs_modulus=200e9, shear_modulus=80e9, density=8000)
+    four = tuple(Tendon.helical(offset=0.015, angle=angle, turns=1) for angle in (0.0, 1.57, 3.14, 4.71))
+    for tendons in ((), four):
+        figure = shape_figure(solve(Robot(name="rod", body=rod, tendons=tendons), 5.0 if tendons else 0.0, DOWN))
+        space = next(axes for axes in figure.axes if hasattr(axes, "get_zlim"))
+        assert len(space.lines) >= 1 + len(tendons)
+        save(figure, tmp_path / "rod.svg")
+
+
+@pytest.mark.parametrize(("suffix", "magic"), [(".png", b"\x89PNG"), (".svg", b"<?xml"), (".pdf", b"%PDF")])
+def test_save_writes_the_format_of_the_suffix_and_closes(robot, tmp_path, suffix, magic):
+    figure = shape_figure(solve(robot, 0.2))
+    path = save(figure, tmp_path / f"figure{suffix}")
+    assert path.read_bytes().startswith(magic)
+    assert not figure.axes
+
+
+def test_the_same_figure_gives_the_same_file(robot, tmp_path):
+    first, second = (save(shape_figure(solve(robot, 0.2)), tmp_path / name).read_bytes() for name in ("a.svg", "b.svg"))
+    assert first == second
+
+
+@pytest.mark.parametrize("name", ["figure.bmp", "figure", "nowhere/figure.png"])
+def test_save_refuses_by_name(robot, tmp_path, name):
+    with pytest.raises(InvalidInput, match=name):
+        save(shape_figure(solve(robot, 0.2)), tmp_path / name)
+
+
+def test_bad_input_is_named(robot, plans):
+    with pytest.raises(InvalidInput, match="shapes"):
+        shape_figure([])
+    with pytest.raises(InvalidInput, match="labels"):
+        shape_figure(solve(robot, 0.2), ["one", "two"])
+    with pytest.raises(InvalidInput, match="plans"):
+        plan_figure([])
+    with pytest.raises(InvalidInput, match="labels"):
+        plan_figure(plans, ["one"])
+
+
+def test_matplotlibs_settings_are_left_alone(robot):
+    before = dict(mpl.rcParams)
+    shape_figure(solve(robot, 0.2))
+    assert dict(mpl.rcParams) == before
+
+
+@pytest.mark.parametrize(("largest", "unit"), [(4e-4, "mm"), (2e-5, "mm"), (5e-6, "µm"), (5e-12, "nm"), (0.0, "nm")])
+def test_lengths_read_well(largest, unit):
+    assert reading_unit(largest) == (unit, {"mm": 1e3, "µm": 1e6, "nm": 1e9}[unit])
