@@ -62,11 +62,11 @@ def literature() -> list[tuple[str, np.ndarray, np.ndarray, float]]:
 def random_problem(rng: np.random.Generator, presets: list[Robot]):
     """(robot, tension, gravity, tip force, insertion) of the distribution in the docstring above."""
     robot = presets[rng.integers(4)]
-    body, scale = robot.body, lambda: rng.uniform(0.8, 1.2)
-    inner, wall = body.inner_radius * scale(), (body.outer_radius - body.inner_radius) * scale()
+    size, scale = robot.parameters(), lambda: rng.uniform(0.8, 1.2)
+    inner, wall = size["inner_radius"] * scale(), (size["outer_radius"] - size["inner_radius"]) * scale()
     robot = robot.replace(
-        inner_radius=inner, outer_radius=inner + wall, length=body.length * scale(),
-        notch_width=body.notch_width * scale(), notch_spacing=body.notch_spacing * scale(),
+        inner_radius=inner, outer_radius=inner + wall, length=size["length"] * scale(),
+        notch_width=size["notch_width"] * scale(), notch_spacing=size["notch_spacing"] * scale(),
         uncut_angle=np.deg2rad(rng.uniform(60.0, 200.0)), turns=rng.uniform(-2.0, 2.0),
         torsion=str(rng.choice(["published", "open_section", "homogenized"])),
     )  # fmt: skip

@@ -86,8 +86,7 @@ class _Walker:
             half, n = int(stats[5]), int(stats[4])
             stable = self.kernel.stability(self.rod, tendons, problem, state, half, n, self.scratch) > 0
             if keep_stable and self.stable and not stable:
-                code = 2
-        if code == 0:
+                return 2
             self.state, self.jacobian, self.stats, self.stable = state, jacobian, stats, stable
         self.wanted = int(stats[4])
         return code
