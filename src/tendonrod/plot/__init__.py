@@ -1,4 +1,4 @@
-"""Figures of shapes, motions and plans, in one style. Lengths in mm, tensions in N; matplotlib is imported at first use."""
+"""Figures of shapes, motions and plans, in one style. Lengths in mm, tensions in N; matplotlib comes at first use."""
 
 from .motions import motion_figure, plan_figure
 from .shapes import shape_figure

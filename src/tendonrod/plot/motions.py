@@ -34,7 +34,7 @@ def motion_figure(motion: Motion) -> Figure:
 def plan_figure(plan_or_plans: Plan | Sequence[Plan], labels: Sequence[str] | None = None) -> Figure:
     """Figure of one `Plan` or several: tension with its fit, errors, bodies against the reference, rotation if free.
 
-    labels: one text per plan, else what tells them apart. Raises `InvalidInput` for no plan or the wrong number of labels.
+    labels: one text per plan, else what tells them apart. Raises `InvalidInput` for no plan or too few labels.
     """
     plans = [plan_or_plans] if isinstance(plan_or_plans, Plan) else list(plan_or_plans)
     if not plans:
@@ -90,6 +90,8 @@ def _bodies(figure: Figure, motion: Motion) -> None:
 
 
 def _commands(figure: Figure, motion: Motion) -> None:
+    from matplotlib.ticker import MaxNLocator
+
     (insertion, rotation, tension), name = _lower_panels(figure, 3, "b")
     rows = np.arange(1, motion.insertion.size + 1)
     mark = {"marker": ".", "lw": 1.0}
@@ -103,7 +105,7 @@ def _commands(figure: Figure, motion: Motion) -> None:
     for axes, title in ((insertion, "insertion η (-)"), (rotation, "rotation (deg)"), (tension, "tension (N)")):
         labelled(axes, "row (-)", title)
         titled(axes, next(name), title.split(" ")[0])
-        axes.xaxis.get_major_locator().set_params(integer=True)
+        axes.xaxis.set_major_locator(MaxNLocator(integer=True))
 
 
 def _plan_name(plan: Plan, plans: Sequence[Plan]) -> str:
@@ -134,14 +136,12 @@ def _errors(axes: Axes, plans: Sequence[Plan], letter: str) -> None:
     unit, factor = reading_unit(max(max(plan.body_max.max(), plan.tip_error.max()) for plan in plans))
     for k, plan in enumerate(plans):
         colour = COLOURS[k % len(COLOURS)]
-        axes.plot(plan.progress, factor * plan.body_rms, color=colour, label="body, rms" if k == 0 else None)
-        axes.plot(
-            plan.progress, factor * plan.tip_error, color=colour, lw=1.0, ls=(0, (3, 1.2)), label="tip" if k == 0 else None
-        )
-    axes.set_ylim(bottom=0.0)
+        axes.plot(plan.progress, factor * plan.body_rms, color=colour)
+        axes.plot(plan.progress, factor * plan.tip_error, color=colour, lw=1.0, ls=(0, (3, 1.2)))
+    axes.set_ylim(0.0, max(1.2 * axes.get_ylim()[1], 1.0 if unit == "nm" else 0.0))  # below 1 nm there is only rounding
     labelled(axes, _PROGRESS, f"error ({unit})")
     titled(axes, letter, "distance from the reference")
-    axes.legend(loc="best")
+    axes.legend(handles=_error_legend(), loc="upper center", ncols=2, columnspacing=1.0, handlelength=1.4)
 
 
 def _rotations(axes: Axes, plans: Sequence[Plan], letter: str) -> None:
@@ -180,3 +180,10 @@ def _plan_legend(names: Sequence[str]) -> list[Any]:
         Line2D([], [], color=INK, lw=0.7, marker="o", ms=2.6, label="exposed body, with its tip"),
         *plans,
     ]
+
+
+def _error_legend() -> list[Any]:
+    from matplotlib.lines import Line2D
+
+    body = Line2D([], [], color=INK, label="body, rms")
+    return [body, Line2D([], [], color=INK, lw=1.0, ls=(0, (3, 1.2)), label="tip")]

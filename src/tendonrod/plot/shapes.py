@@ -16,13 +16,14 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SAMPLES, FRAMES = 161, 9
+FRAME_GREYS = ("#374151", "#9ca3af")
 _VIEWS = {"b": ("side view", (2, 0)), "c": ("top view", (2, 1)), "d": ("seen from the tip", (1, 0))}
 
 
 def shape_figure(shape_or_shapes: Shape | Sequence[Shape], labels: Sequence[str] | None = None) -> Figure:
     """Figure of one `Shape` or several: in space with tendons and section frames, three projections, strains u along s.
 
-    labels: one text per shape. Raises `InvalidInput` for no shape, one that did not converge, or the wrong number of labels.
+    labels: one text per shape. Raises `InvalidInput` for no shape, one that did not converge, or too few labels.
     """
     given = [shape_or_shapes] if isinstance(shape_or_shapes, Shape) else list(shape_or_shapes)
     names = _checked_labels(given, labels)
@@ -84,19 +85,19 @@ def _in_space(figure: Figure, shapes: Sequence[Shape], names: Sequence[str]) -> 
     paths = [path for shape in shapes for _, path in body_paths(shape)]
     axes = space(figure, (0.0, 0.57, 1.0, 0.36), paths)
     _draw_bodies(axes, shapes, (0, 1, 2))
-    _frames(axes, shapes, 0.06 * max(np.ptp(np.concatenate(paths), axis=0).max(), 1.0))
-    figure.text(0.01, 0.985, "(a) in space; x and y of the section frame", weight="bold", size=8.5, va="top")
-    figure.legend(handles=_legend(shapes, names), loc="upper left", bbox_to_anchor=(0.005, 0.965), handlelength=2.4, ncols=3)
+    if len(shapes) == 1 and shapes[0].s.size > 1:
+        _frames(axes, shapes[0], 0.06 * np.ptp(np.concatenate(paths), axis=0).max())
+    figure.text(0.01, 0.985, "(a) in space", weight="bold", size=8.5, va="top")
+    figure.legend(
+        handles=_legend(shapes, names), loc="upper left", bbox_to_anchor=(0.005, 0.965), handlelength=2.4, ncols=3
+    )
 
 
-def _frames(axes: Axes, shapes: Sequence[Shape], size: float) -> None:
-    for shape in shapes:
-        if shape.s.size == 1:
-            continue
-        for i in np.linspace(0, shape.s.size - 1, FRAMES).astype(int):
-            for column, grey in ((0, "#374151"), (1, "#9ca3af")):
-                start = MM * shape.position[i]
-                draw(axes, np.array([start, start + size * shape.rotation[i][:, column]]), color=grey, lw=0.8)
+def _frames(axes: Axes, shape: Shape, size: float) -> None:
+    for i in np.linspace(0, shape.s.size - 1, FRAMES).astype(int):
+        start = MM * shape.position[i]
+        for column, grey in enumerate(FRAME_GREYS):
+            draw(axes, np.array([start, start + size * shape.rotation[i][:, column]]), color=grey, lw=0.8)
 
 
 def _legend(shapes: Sequence[Shape], names: Sequence[str]) -> list[Any]:
@@ -109,9 +110,8 @@ def _legend(shapes: Sequence[Shape], names: Sequence[str]) -> list[Any]:
     for name in parts:
         label = f"{name}, {names[0]}" if alone and name in ("tube axis", "axis of the rod") else name
         handles.append(Line2D([], [], label=label, **_style(name, BLUE if alone else QUIET, alone)))
-    handles.append(Line2D([], [], color="#374151", lw=0.8, label="x of the section"))
-    handles.append(Line2D([], [], color="#9ca3af", lw=0.8, label="y of the section"))
-    return handles
+    frames = zip("xy", FRAME_GREYS, strict=True) if alone else ()
+    return handles + [Line2D([], [], color=grey, lw=0.8, label=f"{name} of the section frame") for name, grey in frames]
 
 
 def _projections(figure: Figure, shapes: Sequence[Shape]) -> None:

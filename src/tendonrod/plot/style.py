@@ -24,7 +24,8 @@ COLOURS = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY)
 INK, QUIET, PALE = "#1a1a1a", "#6b7280", "#c9ced6"
 WIDTH = 7.2  # inches, every figure
 FORMATS = (".png", ".svg", ".pdf")
-_LABEL_ROOM = np.array([1.3, 0.6])  # inches
+_LABEL_ROOM = np.array([1.5, 0.5])  # inches
+_LABEL_SHIFT = {"x": (-38.0, 0.0), "y": (36.0, -20.0), "z": (-4.0, -22.0)}  # points, from the middle of the axis
 _RC: Any = {
     "font.size": 8.0,
     "font.family": "sans-serif",
@@ -121,7 +122,7 @@ def reading_unit(largest: float) -> tuple[str, float]:
 
 
 def space(
-    figure: Figure, place: tuple[float, float, float, float], paths: Sequence[np.ndarray], elev=22.0, azim=25.0
+    figure: Figure, place: tuple[float, float, float, float], paths: Sequence[np.ndarray], elev=19.0, azim=25.0
 ) -> Axes3D:
     """Empty 3D axes at ``place`` (left, bottom, width, height in shares of the figure) around ``paths`` (k, 3) in mm.
 
@@ -133,16 +134,18 @@ def space(
     axes.view_init(elev=elev, azim=azim, vertical_axis="x")
     low, high = _box(paths)
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
-    axes.set_box_aspect(high - low, zoom=_zoom(axes, high - low, place, figure))
+    zoom = _zoom(axes, high - low, place, figure)
+    axes.set_box_aspect(high - low, zoom=zoom)
     for axis, name, span in zip((axes.xaxis, axes.yaxis, axes.zaxis), "xyz", high - low, strict=True):
-        _space_axis(axis, name, span / (high - low).max())
+        _space_axis(axis, name, span / (high - low).max(), zoom)
+    _name_axes(axes, low, high)
     axes.patch.set_alpha(0.0)
     return axes
 
 
 def draw(axes: Axes, path: np.ndarray, **style) -> list[Any]:
-    """Plot a path (k, 3) or (k, 2)."""
-    return axes.plot(*np.asarray(path).T, **style)
+    """Plot a path (k, 3) or (k, 2). Not clipped: 3D axes are drawn beyond the square that matplotlib gives them."""
+    return axes.plot(*np.asarray(path).T, clip_on=False, **style)
 
 
 def letters():
@@ -166,19 +169,33 @@ def _zoom(axes: Any, size: np.ndarray, place: tuple[float, float, float, float],
 
     axes.set_box_aspect(size)
     corners = list(itertools.product(axes.get_xlim(), axes.get_ylim(), axes.get_zlim()))
-    x, y, _ = proj3d.proj_transform(*np.array(corners).T, axes.get_proj())
+    x, y, _ = proj3d.proj_transform(*np.array(corners).T, axes.get_proj())  # pyright: ignore[reportCallIssue]
     room = figure.get_size_inches() * place[2:]
     inch = room.min() / axes.viewLim.width  # the view is square, as large as fits
     extent = inch * np.array([np.ptp(x), np.ptp(y)])
     return float(((room - _LABEL_ROOM) / extent).min())
 
 
-def _space_axis(axis: Any, name: str, share: float) -> None:
+def _space_axis(axis: Any, name: str, share: float, zoom: float) -> None:
+    """Quiet panes and few ticks, near their axis: matplotlib blows the distance up with the zoom."""
     from matplotlib.ticker import MaxNLocator
 
     axis.set_pane_color((1.0, 1.0, 1.0, 0.0))
     axis.line.set_color(QUIET)
-    axis.set_major_locator(MaxNLocator(nbins=max(2, round(7 * share)), steps=[1, 2, 5, 10]))
-    axis.set_tick_params(pad=-2.0 if name != "z" else 0.0, labelsize=7.0)
-    axis.set_label_text(f"{name} (mm)")
-    axis.labelpad = 14.0 * share - 6.0
+    axis.set_major_locator(MaxNLocator(nbins=max(3, round(7 * share)), steps=[1, 2, 4, 5, 10]))
+    axis.set_tick_params(pad=11.0 / zoom - 8.0, labelsize=7.0)
+    axis.set_label_text(f"{name} (mm)", visible=False)
+
+
+def _name_axes(axes: Any, low: np.ndarray, high: np.ndarray) -> None:
+    """The labels, at the three edges where matplotlib draws the axes for the eye's position of `space`."""
+    from mpl_toolkits.mplot3d import proj3d
+
+    x, y, z = 0.5 * (low + high)
+    middles = {"x": (x, high[1], low[2]), "y": (low[0], y, high[2]), "z": (low[0], high[1], z)}
+    for name, point in middles.items():
+        across, up, _ = proj3d.proj_transform(*point, axes.get_proj())
+        axes.annotate(
+            f"{name} (mm)", (across, up), _LABEL_SHIFT[name], textcoords="offset points", ha="center", va="center",
+            rotation=90.0 if name == "x" else 0.0, annotation_clip=False,
+        )  # fmt: skip

@@ -102,7 +102,8 @@ def load_kernel():
     source = Path(kernel.__file__).stat().st_mtime
     cache = Path(str(kernel.equilibrium.stats.cache_path))
     if not any(index.stat().st_mtime >= source for index in cache.glob("kernel.sample-*.nbi")):
-        print("tendonrod: compiling the statics kernel, about 15 s, once per installation", file=sys.stderr, flush=True)
+        print("tendonrod: compiling the statics kernel, about 20 s, once per installation", file=sys.stderr, flush=True)
+    kernel.compile_all()
     _kernel = kernel
     return kernel
 

@@ -794,3 +794,11 @@ def sample(rod, tendons, problem, state, half, n, at, tol, out, w):
                 break
         for q in range(6):
             row[12 + q] = y[q]
+
+
+def compile_all() -> None:
+    """Compile the three functions that Python calls, or load them from the cache on disk."""
+    line, table = "float64[::1]", "float64[:,::1]"
+    equilibrium.compile(f"({line}, {table}, {line}, {line}, {table}, {line}, {line})")
+    stability.compile(f"({line}, {table}, {line}, {line}, int64, int64, {line})")
+    sample.compile(f"({line}, {table}, {line}, {line}, int64, int64, {line}, float64, {table}, {line})")
