@@ -26,7 +26,7 @@ Watch = Callable[[int, int, str], None]
 _COMPUTED, _PICTURES = 7, 11  # steps of the progress display
 
 
-def reproduce(out="out/reproduce", steps: int = 20, watch: Watch | None = None) -> Path:
+def reproduce(out: str | os.PathLike[str] = "out/reproduce", steps: int = 20, watch: Watch | None = None) -> Path:
     """Recompute the paper's simulation results and write the report; returns the path of its index.html.
 
     out: directory, made if need be; files of the same names in it are replaced, all others are left alone. steps: of
