@@ -30,7 +30,7 @@ test: $(VENV)/.dev ## install if needed, run the tests
 	echo "Running the tests."
 	$(BIN)/python -m pytest $(ARGS)
 
-check: $(VENV)/.dev ## lint, formatting and types (changes nothing)
+check: $(VENV)/.dev $(VENV)/.docs ## lint, formatting and types (changes nothing)
 	echo "Checking lint rules (ruff)."
 	$(BIN)/ruff check .
 	echo "Checking formatting (ruff format)."
