@@ -22,27 +22,10 @@ import scipy
 import tendonrod
 from scipy_way import STANDARD_GRAVITY, scipy_solve
 from tendonrod.motion.follow_leader import plan_follow_leader
-from tendonrod.statics import equilibrium, kernel
-from tendonrod.statics.shape import state_size
+from tendonrod.statics.equilibrium import prepare
 
 ROBOT = tendonrod.load_robot("exonav-1")
 ROUNDS, CALLS = 41, 50
-
-
-def prepared(tension: float, gravity, steps: int = 0, accuracy: float = 1e-6):
-    """A call of the compiled solve on arrays that are ready, and its statistics array."""
-    zero = equilibrium.ZERO
-    rod, tendons = equilibrium._rod_constants(ROBOT), equilibrium._tendon_table(ROBOT, tension)
-    problem = equilibrium._problem(ROBOT, gravity, zero, zero, zero, zero, 1.0, 0.0)
-    problem[26], problem[27] = accuracy, steps
-    state, J = np.empty(state_size(max(steps, equilibrium.START_CAPACITY))), np.empty((3, 3))
-    stats, scratch = np.empty(8), np.empty(kernel.SCRATCH)
-
-    def call() -> None:
-        kernel.equilibrium(rod, tendons, problem, state, J, stats, scratch)
-
-    call()
-    return call
 
 
 def medians(cases: dict) -> dict[str, float]:
@@ -79,11 +62,11 @@ def main() -> None:
     start = solve(ROBOT, 0.7, gravity)
     sharp = solve(ROBOT, 0.7, gravity, accuracy=1e-9)
     cases = {
-        "compiled, loaded": prepared(0.7, gravity),
-        "compiled, no load": prepared(0.7, equilibrium.ZERO),
-        "compiled, 40 steps": prepared(0.7, gravity, 40),
-        "compiled, 80 steps": prepared(0.7, gravity, 80),
-        "compiled, 160 steps": prepared(0.7, gravity, 160),
+        "compiled, loaded": prepare(ROBOT, 0.7, gravity).run,
+        "compiled, no load": prepare(ROBOT, 0.7).run,
+        "compiled, 40 steps": prepare(ROBOT, 0.7, gravity, steps=40).run,
+        "compiled, 80 steps": prepare(ROBOT, 0.7, gravity, steps=80).run,
+        "compiled, 160 steps": prepare(ROBOT, 0.7, gravity, steps=160).run,
         "solve, loaded": lambda: solve(ROBOT, 0.7, gravity),
         "solve, no load": lambda: solve(ROBOT, 0.7),
         "solve, warm, tension +2 %": lambda: solve(ROBOT, 0.714, gravity, start=start),

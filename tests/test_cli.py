@@ -18,7 +18,7 @@ import tendonrod
 from tendonrod.cli import main
 from tendonrod.motion.follow_leader import plan_follow_leader
 from tendonrod.motion.progression import progress
-from tendonrod.statics.limits import tension_limits
+from tendonrod.statics.tension_limits import tension_limits
 
 GRAVITY = (-9.81, 0.0, 0.0)
 COMMAND = [sys.executable, "-m", "tendonrod"]

@@ -8,15 +8,8 @@ import pytest
 
 from tendonrod import InvalidInput, Robot, Tendon, solve
 from tendonrod.section import NotchedTube, PlainRod
-from tendonrod.statics.limits import (
-    PLATEAU_STRAIN,
-    RECOVERABLE_STRAIN,
-    Limit,
-    euler_loads,
-    fibre_strain,
-    tension_limits,
-    wall_pressure,
-)
+from tendonrod.statics.limits import PLATEAU_STRAIN, RECOVERABLE_STRAIN, euler_loads, fibre_strain, wall_pressure
+from tendonrod.statics.tension_limits import Limit, tension_limits
 from textbook import GRAVITY, four_tendon_rod, helix_rod, prototype, rod
 
 NUMBERS = (1, 2, 3, 4)

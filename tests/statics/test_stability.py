@@ -68,3 +68,23 @@ def test_what_did_not_converge_is_not_called_stable():
     shape = solve(prototype(1), 0.7, tip_force=(1e5, 0.0, -1e6), throw=False)
     assert not shape.converged
     assert shape.stable is None
+
+
+@pytest.mark.parametrize("seed", range(25))
+def test_the_full_load_or_nothing(seed):
+    """Pushed past critical loads in any direction, a shape carries the whole load, or is none and says so."""
+    rng = np.random.default_rng(seed)
+    robot = prototype(1 + seed % 4, "open_section")
+    push = rng.normal(size=3)
+    push *= rng.uniform(0.5, 6.0) * euler_loads(robot)[0] / np.linalg.norm(push)
+    shape = solve(robot, float(rng.uniform(0.0, 1.0)), GRAVITY, tip_force=push, throw=False)
+    if shape.converged:
+        weight = robot.section.line_density * GRAVITY * robot.length_na
+        np.testing.assert_allclose(shape.force[0], push + weight, rtol=1e-12, atol=1e-15)
+        np.testing.assert_array_equal(shape.force[-1], push)
+        assert np.abs(shape.moment[-1]).max() < 1e-4 * np.abs(shape.moment[0]).max()
+        assert shape.load_factor == 1.0
+        assert 0.0 < shape.error_estimate <= 1e-6
+    else:
+        assert np.isnan(shape.position).all()
+        assert 0.0 < shape.load_factor < 1.0

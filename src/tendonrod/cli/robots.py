@@ -14,7 +14,7 @@ from .arguments import Json, Torsion, chosen_robot, torsion_of
 
 if TYPE_CHECKING:
     from ..robot import Robot
-    from ..statics.limits import Limit
+    from ..statics.tension_limits import Limit
 
 _UNITS = {"mm": 1e3, "mm2": 1e6, "mm4": 1e12, "gpa": 1e-9, "deg": degrees(1.0)}
 _SECTION = (  # symbol, factor, unit, what it is
@@ -122,7 +122,7 @@ def _described(robot: Robot) -> dict[str, Any]:
 
 
 def _limits(robot: Robot) -> tuple[Limit, ...]:
-    from ..statics.limits import tension_limits
+    from ..statics.tension_limits import tension_limits
 
     return tension_limits(robot)
 

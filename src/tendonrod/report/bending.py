@@ -11,8 +11,8 @@ import numpy as np
 from ..robot import Robot
 from ..section import TORSION_MODELS
 from ..statics.equilibrium import solve
-from ..statics.limits import tension_limits
 from ..statics.shape import Shape
+from ..statics.tension_limits import tension_limits
 from . import paper
 from .chapter import Chapter, Number, Picture, Table, listed, mm, title_of
 from .devices import torsion_stiffness

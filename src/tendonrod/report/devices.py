@@ -8,7 +8,8 @@ from math import degrees
 
 from ..robot import Robot
 from ..section import TORSION_MODELS, NotchedTube
-from ..statics.limits import Limit, euler_loads, tension_limits
+from ..statics.limits import euler_loads
+from ..statics.tension_limits import Limit, tension_limits
 from .chapter import Cell, Chapter, Number, Picture, Table, listed, title_of
 
 DRAWN = ("exonav-1", "exonav-3")  # one of each tube

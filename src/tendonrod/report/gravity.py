@@ -11,7 +11,7 @@ import numpy as np
 from ..robot import Robot
 from ..rotation import exp_so3
 from ..statics.equilibrium import solve
-from ..statics.limits import tension_limits
+from ..statics.tension_limits import tension_limits
 from . import paper
 from .chapter import Cell, Chapter, Number, Picture, Table, interval, listed, mm, short, title_of
 

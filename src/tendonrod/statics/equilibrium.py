@@ -4,23 +4,20 @@ continuation.
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Sequence
 from math import cos, inf, isfinite, sin
-from pathlib import Path
 
 import numpy as np
 
 from ..errors import InvalidInput, NotConverged, finite, nonnegative, vector, within
 from ..robot import Robot, as_robot
-from .continuation import follow_load, transfer
-from .shape import Shape, Status, state_size
+from .continuation import follow_load
+from .shape import Shape, Status, arc_lengths
+from .solution import CONVERGED, MOST_STEPS, TOO_SMALL, Solution
 
 Vector = Sequence[float] | np.ndarray
 ZERO = (0.0, 0.0, 0.0)
-START_CAPACITY, MOST_STEPS = 24, 20_000
 _OUTCOME = {0: Status.CONVERGED, 1: Status.LOCAL_FAILED, 2: Status.STALLED, 3: Status.TOO_FINE}
-_kernel = None
 
 
 def solve(
@@ -52,95 +49,49 @@ def solve(
     Returns a `Shape`. Raises `InvalidInput`; `NotConverged` unless ``throw`` is False, which returns the status
     instead. Source: Cosserat rod of the paper's eqs. 1-5 with the corrections of docs/derivations, in total-force form.
     """
-    as_robot(robot)
     if not (start is None or isinstance(start, Shape)):
         raise InvalidInput("start", start, "a Shape or None")
-    kernel = _kernel or load_kernel()
-    rod, tendons = _rod_constants(robot), _tendon_table(robot, tensions)
-    problem = _problem(
-        robot, gravity, tip_force, tip_moment, distributed_force, distributed_moment, insertion, rotation
-    )
-    problem[26] = within("accuracy", accuracy, 1e-12, 1.0)
-    if steps is not None:
-        problem[27] = _step_count(steps)
-    length = problem[12]
-    at = None if s is None else arc_lengths(s, length)
-    outcome = _empty(rod, problem) if length == 0.0 else _solved(kernel, rod, tendons, problem, start)
-    code, reached, stats, state, jacobian = outcome
-    n, half = int(stats[4]), int(stats[5])
-    if code == 0:
+    solution = prepare(
+        robot, tensions, gravity, tip_force, tip_moment, distributed_force, distributed_moment, insertion, rotation,
+        accuracy, steps,
+    )  # fmt: skip
+    at = None if s is None else arc_lengths(s, solution.length)
+    solution, reached = _solved(solution, start)
+    status = _OUTCOME[solution.code]
+    if status is Status.CONVERGED:
         if at is None:
-            at = np.zeros(1) if length == 0.0 else state[half * (state.size // 2) :][: n + 1]
-        rows = _rows(kernel, rod, tendons, problem, state, half, n, at, stats)
+            at = np.zeros(1) if solution.length == 0.0 else solution.grid
+        rows = solution.rows(at)
     elif throw:
-        raise _failure(_OUTCOME[code], reached, stats[0])
+        raise _failure(status, reached, solution.stats[0])
     else:
-        at = np.linspace(0.0, length, 2) if at is None else at
+        at = np.linspace(0.0, solution.length, 2) if at is None else at
         rows = np.full((at.size, 24), np.nan)
-    applied = tendons[:, 6]
-    for array in (rows, at, applied):
-        array.setflags(write=False)
-    return Shape(
-        robot=robot,
-        tensions=applied,
-        s=at,
-        status=_OUTCOME[code],
-        load_factor=reached,
-        _rows=rows,
-        _problem=problem,
-        _state=state,
-        _jacobian=jacobian,
-        _stats=stats,
-    )
+        rows.setflags(write=False)
+    at.setflags(write=False)
+    return Shape(robot=robot, s=at, status=status, load_factor=reached, _rows=rows, _solution=solution)
 
 
-def load_kernel():
-    """The compiled kernel; says so on standard error when it has to be compiled first, which happens once."""
-    global _kernel
-    from . import kernel
-
-    source = Path(kernel.__file__).stat().st_mtime
-    cache = Path(str(kernel.equilibrium.stats.cache_path))
-    if not any(index.stat().st_mtime >= source for index in cache.glob("kernel.sample-*.nbi")):
-        print("tendonrod: compiling the statics kernel, about 20 s, once per installation", file=sys.stderr, flush=True)
-    kernel.compile_all()
-    _kernel = kernel
-    return kernel
-
-
-def arc_lengths(s, length: float) -> np.ndarray:
-    """``s`` as (n,) floats within [0, length]; a rounding error beyond the end is taken for the end."""
-    try:
-        at = np.array(s, dtype=float)
-    except (TypeError, ValueError):
-        raise InvalidInput("s", s, f"numbers from 0 to the exposed length {length!r} m") from None
-    low, high = (at.min(), at.max()) if at.ndim == 1 and at.size else (-inf, inf)
-    if not (low >= 0.0 and high <= length * (1.0 + 1e-9)):
-        raise InvalidInput("s", s, f"one or more numbers from 0 to the exposed length {length!r} m")
-    return np.minimum(at, length, out=at)
-
-
-def sampled(robot: Robot, tendons, problem, state, half: int, n: int, at) -> np.ndarray:
-    """Rows of a solved state at other arc lengths."""
-    kernel = _kernel or load_kernel()
-    rows = _rows(kernel, _rod_constants(robot), tendons, problem, state, half, n, at, np.zeros(8))
-    rows.setflags(write=False)
-    return rows
-
-
-def is_stable(shape: Shape) -> bool:
-    """See `Shape.stable`."""
-    if shape.length == 0.0:
-        return True
-    kernel = _kernel or load_kernel()
-    rod, tendons, half = _rod_constants(shape.robot), shape._tendons(), shape._half
-    return kernel.stability(rod, tendons, shape._problem, shape._state, half, shape.steps, np.empty(kernel.SCRATCH)) > 0
-
-
-def _rows(kernel, rod, tendons, problem, state, half, n, at, stats) -> np.ndarray:
-    rows, scratch = np.empty((at.size, 24)), np.empty(kernel.SCRATCH)
-    kernel.sample(rod, tendons, problem, state, half, n, at, 0.05 * problem[26], rows, scratch)
-    return rows
+def prepare(
+    robot: Robot,
+    tensions: float | Sequence[float] | np.ndarray = 0.0,
+    gravity: Vector = ZERO,
+    tip_force: Vector = ZERO,
+    tip_moment: Vector = ZERO,
+    distributed_force: Vector = ZERO,
+    distributed_moment: Vector = ZERO,
+    insertion: float = 1.0,
+    rotation: float = 0.0,
+    accuracy: float = 1e-6,
+    steps: int | None = None,
+) -> Solution:
+    """The checked problem in the kernel's arrays, ready to `run`; arguments and errors as `solve`."""
+    rod, tendons = _rod_constants(as_robot(robot)), _tendon_table(robot, tensions)
+    loads = gravity, tip_force, tip_moment, distributed_force, distributed_moment
+    problem = _problem(robot, loads, insertion, rotation)
+    problem[26] = within("accuracy", accuracy, 1e-12, 1.0)
+    problem[27] = 0 if steps is None else _step_count(steps)
+    return Solution(rod, tendons, problem)
 
 
 def _three(field: str, value) -> tuple[float, ...] | list[float]:
@@ -177,7 +128,8 @@ def _tendon_table(robot: Robot, tensions) -> np.ndarray:
     return table
 
 
-def _problem(robot, gravity, tip_force, tip_moment, distributed_force, distributed_moment, insertion, rotation):
+def _problem(robot: Robot, loads, insertion: float, rotation: float) -> np.ndarray:
+    gravity, tip_force, tip_moment, distributed_force, distributed_moment = loads
     section = robot.section
     eta = within("insertion", insertion, 0.0, 1.0)
     angle = rotation if type(rotation) is float and isfinite(rotation) else finite("rotation", rotation)
@@ -201,39 +153,14 @@ def _step_count(steps) -> int:
     return int(steps)
 
 
-def _empty(rod, problem):
-    """State of a fully retracted robot: two nodes at the exit, so close that they are one."""
-    state, stats = np.zeros(state_size(1)), np.zeros(8)
-    state[1] = 1e-30
-    state[2:14] = state[14:26] = problem[14:26]
-    state[26:29] = state[29:32] = problem[3:6]
-    state[32:38] = state[38:44] = rod[6:12]
-    stats[4] = 1
-    return 0, 1.0, stats, state, np.eye(3)
-
-
-def _solved(kernel, rod, tendons, problem, start):
-    """(code, load factor reached, stats, state, jacobian): from ``start``, else cold, else by continuation."""
-    stats, jacobian, scratch = np.empty(8), np.empty((3, 3)), np.empty(kernel.SCRATCH)
-    capacity = max(START_CAPACITY, int(problem[27]))
-    if start is not None:
-        if start.steps and start.converged and len(start.tensions) == len(tendons):
-            capacity = max(capacity, start.steps)
-        else:
-            start = None
-    while True:
-        state = np.empty(state_size(capacity))
-        if start is not None:
-            transfer(start._state, start._half, start.steps, state)
-            jacobian[:] = start._jacobian
-            problem[28], problem[29] = start.steps, start.error_estimate or inf
-        code = kernel.equilibrium(rod, tendons, problem, state, jacobian, stats, scratch)
-        if code == 3 and stats[4] <= MOST_STEPS:
-            capacity = int(stats[4]) + 2 * len(tendons) + 2
-            continue
-        if code == 0 or code == 3:
-            return code, 1.0, stats, state, jacobian
-        return follow_load(kernel, rod, tendons, problem)
+def _solved(solution: Solution, start: Shape | None) -> tuple[Solution, float]:
+    """(solution, load factor reached): from ``start``, else cold, else by continuation."""
+    near = None
+    if start is not None and start.converged and start.length > 0.0 and start.tensions.size == len(solution.tendons):
+        near = start._solution
+    if solution.run(near) in (CONVERGED, TOO_SMALL):
+        return solution, 1.0
+    return follow_load(solution)
 
 
 def _failure(status: Status, reached: float, residual: float) -> NotConverged:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..errors import InvalidInput
+from .limits import shape_warnings
+from .solution import Solution
 
 if TYPE_CHECKING:
     from ..robot import Robot
@@ -38,15 +40,11 @@ class Shape:
     """
 
     robot: Robot
-    tensions: np.ndarray
     s: np.ndarray
     status: Status
     load_factor: float
-    _rows: np.ndarray = field(repr=False)
-    _problem: np.ndarray = field(repr=False)
-    _state: np.ndarray = field(repr=False)
-    _jacobian: np.ndarray = field(repr=False)
-    _stats: np.ndarray = field(repr=False)
+    _rows: np.ndarray
+    _solution: Solution
 
     def __repr__(self) -> str:
         tip = ", ".join(f"{1e3 * x:.4g}" for x in self.tip)
@@ -58,24 +56,29 @@ class Shape:
         return self.status is Status.CONVERGED
 
     @property
+    def tensions(self) -> np.ndarray:
+        """(n_tendons,) N."""
+        return self._solution.tendons[:, 6].copy()
+
+    @property
     def residual(self) -> float:
         """Moment left over at the tip, in units of EI / length of the softest stiffness; dimensionless."""
-        return float(self._stats[0])
+        return float(self._solution.stats[0])
 
     @property
     def iterations(self) -> int:
-        """Trial base moments, over all grids."""
-        return int(self._stats[1])
+        """Trial base moments, over all grids; of the last solve, where continuation led to it."""
+        return int(self._solution.stats[1])
 
     @property
     def error_estimate(self) -> float:
         """Estimated position error (m) anywhere on the body; 0 where the closed form holds or ``steps`` were given."""
-        return float(self._stats[6])
+        return float(self._solution.stats[6])
 
     @property
     def steps(self) -> int:
         """Steps of the integrator."""
-        return int(self._stats[4])
+        return self._solution.steps
 
     @property
     def position(self) -> np.ndarray:
@@ -115,19 +118,12 @@ class Shape:
     @property
     def tip(self) -> np.ndarray:
         """(3,) end of the neutral axis, m, whether or not ``s`` reaches it."""
-        if not self.converged:
-            return np.full(3, np.nan)
-        at = self._half * (self._state.size // 2) + capacity(self._state) + 1 + 12 * self.steps
-        return self._state[at : at + 3].copy()
-
-    @property
-    def _half(self) -> int:
-        return int(self._stats[5])
+        return self._solution.nodes[-1].copy() if self.converged else np.full(3, np.nan)
 
     @property
     def length(self) -> float:
         """Exposed length of the neutral axis, insertion * L_na, m."""
-        return float(self._problem[12])
+        return self._solution.length
 
     @property
     def insertion(self) -> float:
@@ -137,25 +133,21 @@ class Shape:
     @property
     def gravity_load(self) -> np.ndarray:
         """(3,) distributed force per metre of s, gravity included, world frame, N/m."""
-        return self._problem[6:9].copy()
+        return self._solution.problem[6:9].copy()
 
     @property
     def material_coordinate(self) -> np.ndarray:
         """(n,) s_m = s + (1 - insertion) L_na, m."""
-        return self.s + self._problem[13]
+        return self.s + self._solution.problem[13]
 
     @cached_property
     def stable(self) -> bool | None:
         """Whether the energy's second variation is positive (Jacobi's condition, docs/method); None if not solved."""
-        from .equilibrium import is_stable
-
-        return is_stable(self) if self.converged else None
+        return self._solution.is_stable() if self.converged else None
 
     @property
     def warnings(self) -> tuple[str, ...]:
         """Sentences on where the linear model leaves its range: plateau, closed notches, lifted tendon."""
-        from .limits import shape_warnings
-
         return shape_warnings(self)
 
     def section_point(self, x: float, y: float) -> np.ndarray:
@@ -176,22 +168,18 @@ class Shape:
 
     def at(self, s) -> Shape:
         """The same configuration at other arc lengths ``s`` (m, from 0 to `length`), equally accurate."""
-        from .equilibrium import arc_lengths, sampled
-
-        s = arc_lengths(s, self.length)
-        rows = sampled(self.robot, self._tendons(), self._problem, self._state, self._half, self.steps, s)
-        s.setflags(write=False)
-        return replace(self, s=s, _rows=rows)
-
-    def _tendons(self) -> np.ndarray:
-        return np.column_stack([self.robot.routing, self.tensions])
+        at = arc_lengths(s, self.length)
+        at.setflags(write=False)
+        return replace(self, s=at, _rows=self._solution.rows(at))
 
 
-def capacity(state: np.ndarray) -> int:
-    """Most steps for which the kernel's state array has room, see `kernel.parts`."""
-    return (state.size // 2 - 19) // 40
-
-
-def state_size(steps: int) -> int:
-    """Length of the kernel's state array for so many steps."""
-    return 2 * (40 * steps + 19)
+def arc_lengths(s, length: float) -> np.ndarray:
+    """``s`` as (n,) floats within [0, length]; a rounding error beyond the end is taken for the end."""
+    try:
+        at = np.array(s, dtype=float)
+    except (TypeError, ValueError):
+        raise InvalidInput("s", s, f"numbers from 0 to the exposed length {length!r} m") from None
+    low, high = (at.min(), at.max()) if at.ndim == 1 and at.size else (-1.0, 0.0)
+    if not (low >= 0.0 and high <= length * (1.0 + 1e-9)):
+        raise InvalidInput("s", s, f"one or more numbers from 0 to the exposed length {length!r} m")
+    return np.minimum(at, length, out=at)

@@ -1,0 +1,131 @@
+"""`Solution`: the arrays of one kernel call, and what can be asked of them afterwards; layout in `kernel`."""
+
+from __future__ import annotations
+
+import sys
+from math import inf
+from pathlib import Path
+
+import numpy as np
+
+CONVERGED, LOCAL_FAILED, STALLED, TOO_SMALL = 0, 1, 2, 3  # the kernel's codes; it is imported only when needed
+START_CAPACITY, MOST_STEPS = 24, 20_000
+_kernel = None
+
+
+def compiled():
+    """The kernel, compiled; says so on standard error when that has to be done first, once per installation."""
+    global _kernel
+    if _kernel is None:
+        from . import kernel
+
+        source = Path(kernel.__file__).stat().st_mtime
+        cache = Path(str(kernel.equilibrium.stats.cache_path))
+        if not any(index.stat().st_mtime >= source for index in cache.glob("kernel.sample-*.nbi")):
+            note = "tendonrod: compiling the statics kernel, about 20 s, once per installation"
+            print(note, file=sys.stderr, flush=True)
+        kernel.compile_all()
+        _kernel = kernel
+    return _kernel
+
+
+class Solution:
+    """A rod's problem in arrays and, once `run`, its solution.
+
+    rod (13,), tendons (n, 7), problem (30,): what is asked. state, jacobian (3, 3), stats (8,): what comes of it.
+    """
+
+    __slots__ = ("code", "jacobian", "problem", "rod", "state", "stats", "tendons")
+
+    def __init__(self, rod: np.ndarray, tendons: np.ndarray, problem: np.ndarray) -> None:
+        self.rod, self.tendons, self.problem = rod, tendons, problem
+        self.stats, self.jacobian, self.code = np.empty(8), np.empty((3, 3)), -1
+        self.state = np.empty(0)
+
+    @property
+    def length(self) -> float:
+        """Exposed length of the neutral axis, m."""
+        return float(self.problem[12])
+
+    @property
+    def steps(self) -> int:
+        """Steps of the integrator in the solution."""
+        return int(self.stats[4])
+
+    @property
+    def half(self) -> int:
+        """Which half of the state holds the solution."""
+        return int(self.stats[5])
+
+    @property
+    def grid(self) -> np.ndarray:
+        """(steps + 1,) arc lengths of the nodes, m."""
+        at = self.half * (self.state.size // 2)
+        return self.state[at : at + self.steps + 1]
+
+    @property
+    def nodes(self) -> np.ndarray:
+        """(steps + 1, 3) positions of the nodes, m."""
+        at = self.half * (self.state.size // 2) + self._capacity + 1
+        return self.state[at : at + 12 * (self.steps + 1)].reshape(-1, 12)[:, :3]
+
+    @property
+    def _capacity(self) -> int:
+        return (self.state.size // 2 - 19) // 40
+
+    def run(self, start: Solution | None = None) -> int:
+        """Solve, from ``start`` if given, with as much room as it takes. Returns and keeps the kernel's code."""
+        if self.length == 0.0:
+            return self._retract()
+        kernel, spare = compiled(), 2 * len(self.tendons) + 2
+        capacity = max(START_CAPACITY, int(self.problem[27]) + spare, start.steps + spare if start else 0)
+        scratch = np.empty(kernel.SCRATCH)
+        while True:
+            self.state = np.empty(2 * (40 * capacity + 19))
+            if start is not None:
+                self._take_over(start)
+            self.code = kernel.equilibrium(
+                self.rod, self.tendons, self.problem, self.state, self.jacobian, self.stats, scratch
+            )
+            if self.code != TOO_SMALL or self.steps > MOST_STEPS:
+                return self.code
+            capacity = self.steps + spare
+
+    def rows(self, at: np.ndarray) -> np.ndarray:
+        """(n, 24) read-only rows p[3] R[9] v[3] u[3] N[3] M[3] at arc lengths ``at`` (n,), m."""
+        kernel, rows = compiled(), np.empty((at.size, 24))
+        where = self.rod, self.tendons, self.problem, self.state, self.half, self.steps
+        kernel.sample(*where, at, 0.05 * self.problem[26], rows, np.empty(kernel.SCRATCH))
+        rows.setflags(write=False)
+        return rows
+
+    def is_stable(self) -> bool:
+        """Whether the second variation is positive (docs/method)."""
+        if self.length == 0.0:
+            return True
+        kernel = compiled()
+        where = self.rod, self.tendons, self.problem, self.state, self.half, self.steps
+        return kernel.stability(*where, np.empty(kernel.SCRATCH)) > 0
+
+    def _take_over(self, start: Solution) -> None:
+        """Copy the solution of ``start`` into the first half, as the kernel expects a neighbour's."""
+        n, old, new = start.steps, start._capacity, self._capacity
+        at, to = start.half * (start.state.size // 2), 0
+        for width, last in ((1, 1), (12, 12), (3, 3), (12, 0), (12, 3)):  # grid, frames, moments, strains, start
+            self.state[to : to + width * n + last] = start.state[at : at + width * n + last]
+            to += width * new + last
+            at += width * old + last
+        self.jacobian[:] = start.jacobian
+        self.problem[28], self.problem[29] = n, start.stats[6] or inf
+
+    def _retract(self) -> int:
+        """A fully retracted robot: two nodes at the exit, so close that they are one."""
+        self.state, self.code = np.zeros(2 * (40 + 19)), CONVERGED
+        self.state[1] = 1e-30
+        self.state[2:14] = self.state[14:26] = self.problem[14:26]
+        self.state[26:29] = self.state[29:32] = self.problem[3:6]
+        self.state[32:38] = self.state[38:44] = self.rod[6:12]
+        self.stats[:] = 0.0
+        self.stats[4] = 1.0
+        self.jacobian[:] = np.eye(3)
+        return self.code
