@@ -3,14 +3,13 @@
 import numpy as np
 
 import tendonrod
-from tendonrod.motion.progression import progress
 
 robot = tendonrod.load_robot("exonav-1")
 insertion = np.linspace(0.0, 1.0, 21)  # exposed share of the robot
 rotation = 0.0  # rad, of the exit section; the motor turns by 2 pi (insertion - 1)
 tension = 0.7  # N
 
-motion = progress(robot, insertion, rotation, tension, samples=60)
+motion = tendonrod.progress(robot, insertion, rotation, tension, samples=60)
 leader = tendonrod.solve(robot, tension)
 
 # m; constant tension is exact follow-the-leader motion where nothing else pulls
@@ -22,7 +21,9 @@ def show() -> None:
     import matplotlib.pyplot as plt
 
     _, (follows, swings) = plt.subplots(2, sharex=True, sharey=True, figsize=(6.0, 6.0), layout="constrained")
-    held = progress(robot, insertion, 2 * np.pi * (1 - insertion), tension, samples=60)  # the motor stands still
+    held = tendonrod.progress(
+        robot, insertion, 2 * np.pi * (1 - insertion), tension, samples=60
+    )  # the motor stands still
     for axes, moved, title in (
         (follows, motion, "Turned as it comes out"),
         (swings, held, "Only pushed"),

@@ -3,14 +3,13 @@
 import numpy as np
 
 import tendonrod
-from tendonrod.motion.follow_leader import plan_follow_leader
 
 robot = tendonrod.load_robot("exonav-1")
 target_tension = 0.7  # N, at the end of the motion
 gravity = (-9.81, 0.0, 0.0)  # m/s2
 
-tension_only = plan_follow_leader(robot, target_tension, gravity)
-with_rotation = plan_follow_leader(robot, target_tension, gravity, freedom="full")
+tension_only = tendonrod.plan_follow_leader(robot, target_tension, gravity)
+with_rotation = tendonrod.plan_follow_leader(robot, target_tension, gravity, freedom="full")
 
 # N; a short robot sags less than the leader did, so it is pulled less, by a few percent
 expected = np.interp(tension_only.progress, [0.2, 0.4, 0.6, 0.8, 1.0], [0.674, 0.684, 0.691, 0.697, 0.700])
