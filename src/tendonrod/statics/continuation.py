@@ -17,7 +17,7 @@ WAYS = (((0.0, 1.0), (1.0, 1.0)), ((0.0, 0.0), (1.0, 1.0)), ((0.0, 0.0), (1.0, 0
 
 
 def follow_load(target: Solution) -> tuple[Solution, float]:
-    """(solution of ``target``'s problem, 1), or where no way leads there (``target`` as failed, load factor reached)."""
+    """(solution of ``target``'s problem, 1), or where no way leads there, (``target`` as failed, load factor)."""
     ways = WAYS if target.problem[:12].any() and target.tendons[:, 6].any() else WAYS[1:2]  # else all are the same
     farthest = []
     for way in ways:
