@@ -5,10 +5,11 @@ Every message is one line: the field, the value that was given, and what is allo
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from functools import partial
-from math import isfinite
+from math import inf, isfinite
 from numbers import Real
+from typing import Any
 
 import numpy as np
 
@@ -51,9 +52,9 @@ class NotConverged(TendonrodError, RuntimeError):
     """
 
     def __init__(self, *, status: str, load_factor: float, residual: float, advice: str) -> None:
-        super().__init__(
-            f"{status.rstrip('. ')}; reached {load_factor:.4g} of the load, scaled residual {residual:.3g}; {advice}"
-        )
+        reached = f"reached {f'{load_factor:.4g}' if load_factor > 0.0 else 'none'} of the load"
+        missed = f", scaled residual {residual:.3g}" if 0.0 < residual < inf else ""
+        super().__init__(f"{status.rstrip('. ')}; {reached}{missed}; {advice}")
         self.status, self.load_factor, self.residual, self.advice = status, load_factor, residual, advice
 
     def __reduce__(self):
@@ -89,7 +90,7 @@ def within(field: str, value: object, low: float, high: float) -> float:
     """``value`` as a float in the closed interval [low, high], else `InvalidInput`."""
     if type(value) is float and low <= value <= high:
         return value
-    allowed = f"from {low:.10g} to {high:.10g}"
+    allowed = f"from {low:.6g} to {high:.6g}"
     number = finite(field, value, allowed)
     if not low <= number <= high:
         raise InvalidInput(field, number, allowed)
@@ -102,9 +103,41 @@ def vector(field: str, value: object, size: int) -> np.ndarray:
     if not isinstance(entries, (tuple, list)) or len(entries) != size:
         raise InvalidInput(field, value, _vector_of(size))
     for entry in entries:
+        if isinstance(entry, (list, tuple, np.ndarray)):
+            raise InvalidInput(field, value, _vector_of(size))
         if type(entry) is not float or not isfinite(entry):
             return np.array([finite(field, each, _vector_of(size)) for each in entries])
     return np.array(entries)
+
+
+def whole(field: str, value: object, low: int, high: int | None = None) -> int:
+    """``value``, a Python or NumPy integer from ``low`` to ``high`` (no upper bound if None), else `InvalidInput`."""
+    number: Any = value.item() if isinstance(value, np.ndarray) and value.ndim == 0 else value
+    fits = isinstance(number, (int, np.integer)) and not isinstance(number, bool)
+    if not fits or number < low or (high is not None and number > high):
+        allowed = f"a whole number >= {low}" if high is None else f"a whole number from {low} to {high}"
+        raise InvalidInput(field, value, allowed)
+    return int(number)
+
+
+def numbers(field: str, value: object, ndim: int | Collection[int] = 1, only_finite: bool = True) -> np.ndarray:
+    """``value``, nested sequences or an array of real numbers, as a fresh float array of ``ndim`` dimensions.
+
+    ``ndim`` may allow several numbers of dimensions. Raises `InvalidInput` for another, and for the first entry, named
+    by its place, that is no real number or, with ``only_finite``, NaN or infinite.
+    """
+    allowed_ndim = (ndim,) if isinstance(ndim, int) else tuple(ndim)
+    try:
+        raw = np.asarray(value)
+    except ValueError:  # rows of different lengths
+        raise InvalidInput(field, value, _array_of(allowed_ndim)) from None
+    if raw.ndim not in allowed_ndim:
+        raise InvalidInput(field, value, _array_of(allowed_ndim))
+    array = np.array(raw, dtype=float) if raw.dtype.kind in "iuf" else None
+    if array is None or _holds_bool(value) or (only_finite and not np.isfinite(array).all()):
+        check = finite if only_finite else partial(_real, allowed=FINITE)
+        return np.array([check(at, each) for at, each in _entries(field, value)], dtype=float).reshape(raw.shape)
+    return array
 
 
 def one_of(field: str, value: object, choices: Iterable[str]) -> str:
@@ -115,8 +148,31 @@ def one_of(field: str, value: object, choices: Iterable[str]) -> str:
     return value
 
 
+def _entries(field: str, value: object) -> Iterator[tuple[str, object]]:
+    """Each number of nested sequences with its place, field[0][1]."""
+    if isinstance(value, np.ndarray):
+        value = value.tolist()
+    if isinstance(value, (str, bytes)) or not isinstance(value, Sequence):
+        yield field, value
+    else:
+        for i, each in enumerate(value):
+            yield from _entries(f"{field}[{i}]", each)
+
+
+def _holds_bool(value: object) -> bool:
+    """Whether a sequence hides a bool among its numbers, which NumPy would take for one."""
+    if isinstance(value, (list, tuple)):
+        return any(map(_holds_bool, value))
+    return isinstance(value, (bool, np.bool_))
+
+
+def _array_of(ndim: tuple[int, ...]) -> str:
+    names = {0: "a finite number", 1: "a sequence of finite numbers", 2: "rows of finite numbers, all of one length"}
+    return " or ".join(names.get(each, f"an array of {each} dimensions") for each in ndim)
+
+
 def _vector_of(size: int) -> str:
-    return f"a vector of {size} finite numbers"
+    return f"a vector of {size} finite number{'' if size == 1 else 's'}"
 
 
 def _real(field: str, value: object, allowed: str) -> float:
@@ -131,7 +187,14 @@ def _real(field: str, value: object, allowed: str) -> float:
 
 
 def _shown(value: object, width: int = 160) -> str:
-    if isinstance(value, (np.ndarray, np.generic)):
-        value = value.tolist()
-    text = repr(value)
+    text = repr(_plain(value))
     return text if len(text) <= width else text[: width - 3] + "..."
+
+
+def _plain(value: object) -> object:
+    """Without NumPy's types, whose repr says more than the number."""
+    if isinstance(value, (np.ndarray, np.generic)):
+        return value.tolist()
+    if isinstance(value, list):
+        return [_plain(each) for each in value]
+    return tuple(_plain(each) for each in value) if type(value) is tuple else value

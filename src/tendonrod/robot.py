@@ -67,6 +67,8 @@ class Robot:
         if not isinstance(self.tendons, Sequence) or not all(isinstance(each, Tendon) for each in self.tendons):
             raise InvalidInput("tendons", self.tendons, "a sequence of Tendon")
         object.__setattr__(self, "tendons", tuple(self.tendons))
+        if not isinstance(self.sources, Mapping):
+            raise InvalidInput("sources", self.sources, "a mapping from keys of the robot file to texts")
         object.__setattr__(self, "sources", MappingProxyType(dict(self.sources)))
         _ = self.routing  # a tendon that does not fit is refused here, not at the first solve
 
@@ -90,6 +92,11 @@ class Robot:
         return self.body.turns if isinstance(self.body, NotchedTube) else 0.0
 
     @property
+    def torsion(self) -> str:
+        """Name of the notched tube's torsion model; "GJ" for a plain rod."""
+        return self.body.torsion if isinstance(self.body, NotchedTube) else "GJ"
+
+    @property
     def n_tendons(self) -> int:
         """Number of tendons."""
         return len(self.tendons)
@@ -101,6 +108,17 @@ class Robot:
         table = np.array(rows, dtype=float).reshape(-1, 6)
         table.setflags(write=False)
         return table
+
+    @cached_property
+    def rod_constants(self) -> np.ndarray:
+        """(13,) Kse[3] Kbt[3] v_star[3] u_star[3] reach, SI, as the compiled kernel takes them.
+
+        reach (m): the farthest that any tendon lies from the neutral axis, 0 without tendons. Not to be changed; not
+        read-only either, since Numba compiles anew for read-only arrays.
+        """
+        section, routing = self.section, self.routing
+        reach = np.hypot(routing[:, 0], routing[:, 1]) + routing[:, 2]
+        return np.concatenate([section.Kse, section.Kbt, section.v_star, section.u_star, [reach.max(initial=0.0)]])
 
     def tendon_position(self, i: int, s_m) -> np.ndarray:
         """r_i (n, 3) in the section frame (m) at material coordinates ``s_m`` (n,) in m; defined beyond the end too."""
@@ -124,6 +142,8 @@ class Robot:
         for name, value in changes.items():
             if name not in valid:
                 raise InvalidInput(name, value, "called by one of the names " + ", ".join(valid))
+        if {"tendons", "tendon_radius"} <= changes.keys():
+            raise InvalidInput("tendon_radius", changes["tendon_radius"], "left out where tendons is given")
         tendons = changes.get("tendons", self.tendons)
         if "tendon_radius" in changes:
             tendons = (dataclasses.replace(self.tendons[0], radius=changes["tendon_radius"]),)

@@ -208,15 +208,15 @@ NAN, INF = float("nan"), float("inf")
 BAD_ROWS = [
     ({"insertion": [0.5, 1.2]}, "row 2: insertion = 1.2: must be from 0 to 1"),
     ({"insertion": [-0.1, 1.2]}, "row 1: insertion = -0.1: must be from 0 to 1"),
-    ({"insertion": [0.5, NAN, 1.0]}, "row 2: insertion = nan"),
-    ({"rotation": [0.0, 0.0, INF]}, "row 3: rotation = inf: must be a finite number"),
+    ({"insertion": [0.5, NAN, 1.0]}, "insertion[1] = nan"),
+    ({"rotation": [0.0, 0.0, INF]}, "rotation[2] = inf: must be a finite number"),
     ({"tension": [0.7, -0.1]}, "row 2: tension[0] = -0.1: must be >= 0"),
-    ({"tension": [NAN]}, "row 1: tension = nan"),
+    ({"tension": [NAN]}, "tension[0] = nan"),
     ({"gravity": (0.0, 0.0)}, "row 1: gravity = (0.0, 0.0): must be a vector of 3 finite numbers"),
-    ({"insertion": [0.1, 0.2], "tension": [0.7] * 3}, "insertion = '2 rows': must be 1 row or 3 rows"),
-    ({"tension": [[0.7, 0.1]]}, "tension = '2 columns': must be one column per tendon, 1"),
-    ({"insertion": "all"}, "insertion = 'all': must be numbers"),
-    ({"rotation": [0.0, [1.0, 2.0]]}, "rotation = [0.0, [1.0, 2.0]]: must be numbers"),
+    ({"insertion": [0.1, 0.2], "tension": [0.7] * 3}, "insertion = 2 rows: must be 1 row, or as many as the others, 3"),
+    ({"tension": [[0.7, 0.1]]}, "tension = 2 columns: must be one column per tendon, 1"),
+    ({"insertion": "all"}, "insertion = 'all': must be "),
+    ({"rotation": [0.0, [1.0, 2.0]]}, "rotation = [0.0, [1.0, 2.0]]: must be "),
 ]
 
 

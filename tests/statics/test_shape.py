@@ -114,7 +114,7 @@ def test_warm_start_from_another_robot_gives_the_cold_answer():
 def test_a_near_start_takes_fewer_iterations():
     start = solve(prototype(1), 0.7, gravity=GRAVITY)
     cold, warm = (solve(prototype(1), 0.714, gravity=GRAVITY, start=x) for x in (None, start))
-    assert warm.iterations <= cold.iterations
+    assert warm.iterations <= 2 < 5 <= cold.iterations
 
 
 @pytest.mark.parametrize("number", [1, 2, 3, 4])

@@ -12,7 +12,7 @@ from collections.abc import Callable
 import numpy as np
 
 from ..curve import Curve
-from ..errors import InvalidInput, nonnegative, one_of, positive, vector
+from ..errors import InvalidInput, nonnegative, one_of, positive, vector, whole
 from ..robot import Robot, as_robot
 from ..statics.equilibrium import solve
 from ..statics.shape import Shape
@@ -34,10 +34,9 @@ def plan_follow_leader(
     reference_samples: int = 400,
     watch: Callable[[int, int], None] | None = None,
 ) -> Plan:
-    """Plan follow-the-leader motion to ``target_tension`` (N) under ``gravity`` (3,) m/s2, world frame, in ``steps``
-    steps.
+    """Plan follow-the-leader motion to ``target_tension`` under ``gravity``.
 
-    freedom "tension": insertion = progress, rotation 0, the tension that minimises the body's rms distance from the
+    target_tension: N, at full insertion. gravity: (3,) m/s2, world frame. steps: of equal insertion. freedom "tension": insertion = progress, rotation 0, the tension that minimises the body's rms distance from the
     reference curve. "full": tension and rotation free; the insertion is matched so that the tip's foot point on the
     reference lies at eta L_na (clamped at full insertion), never free, since retracting would always win. "paper": the
     paper's own search, ascending tension, first shape whose body lies within ``tolerance`` (m) of the reference's
@@ -50,8 +49,7 @@ def plan_follow_leader(
         raise InvalidInput("robot", f"{robot.name} with {robot.n_tendons} tendons", "a robot with exactly one tendon")
     target = nonnegative("target_tension", target_tension)
     pull = tuple(vector("gravity", gravity, 3).tolist())
-    if isinstance(steps, bool) or not isinstance(steps, (int, np.integer)) or not 1 <= steps <= 10_000:
-        raise InvalidInput("steps", steps, "a whole number from 1 to 10000")
+    steps = whole("steps", steps, 1, 10_000)
     raised_by, near = positive("tension_step", tension_step), positive("tolerance", tolerance)
     leader = _Leader(robot, target, pull)
     match one_of("freedom", freedom, FREEDOMS):
@@ -60,7 +58,7 @@ def plan_follow_leader(
         case "full":
             search = _Optimal(leader, 2)
         case _:
-            search = _Ascending(leader, raised_by, near, reference_samples)
+            search = _Ascending(leader, raised_by, near, whole("reference_samples", reference_samples, 2))
     found: list = [None] * steps
     for done, k in enumerate(reversed(range(steps)), 1):  # from the full robot backwards: there the answer is known
         found[k] = search.step((k + 1) / steps)
@@ -198,10 +196,8 @@ class _Ascending:
     """The paper's search: raise the tension from zero until the body is near enough to the sampled reference."""
 
     def __init__(self, leader: _Leader, tension_step: float, tolerance: float, samples: int) -> None:
-        if isinstance(samples, bool) or not isinstance(samples, (int, np.integer)) or samples < 2:
-            raise InvalidInput("reference_samples", samples, "a whole number >= 2")
         self.leader, self.tension_step, self.tolerance = leader, tension_step, tolerance
-        self.samples = leader.curve.at(np.linspace(0.0, leader.length, int(samples)))
+        self.samples = leader.curve.at(np.linspace(0.0, leader.length, samples))
 
     def step(self, eta: float):
         closest, kept = np.inf, None

@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from ..curve import Curve
-from ..errors import InvalidInput
+from ..errors import whole
+from ..files import complete, file_name
 from ..robot import Robot
 from ..statics.shape import Shape
 
@@ -29,8 +30,23 @@ COLUMNS = {
     "tip_error_at_progress_percent": "tip_error_at_progress_percent_of_exposed_length",
 }
 
+UNITS = {
+    "progress": "1",
+    "insertion": "1",
+    "rotation": "rad",
+    "tension": "N",
+    **dict.fromkeys(("body_rms", "body_max", "tip_error", "tip_error_at_progress"), "m"),
+    **{name: "%" for name in COLUMNS if name.endswith("_percent")},
+    "target_tension": "N",
+    "gravity": "m/s2",
+    "tip_rmse": "m",
+    "tip_rmse_at_progress": "m",
+    "polynomial": "N",
+    "reference": "m",
+}
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Plan:
     """What to command at each progress eta, and how far the body then is from the reference curve. All (steps,), SI.
 
@@ -53,6 +69,11 @@ class Plan:
     tip_error: np.ndarray
     tip_error_at_progress: np.ndarray
     shapes: tuple[Shape, ...]
+
+    def __repr__(self) -> str:
+        worst = f"body within {1e3 * self.body_max.max():.3g} mm of the reference"
+        what = f"{self.robot.name}, {self.freedom}, {self.target_tension:g} N, {self.progress.size} steps"
+        return f"Plan({what}, {worst})"
 
     def __post_init__(self) -> None:
         for value in vars(self).values():
@@ -85,6 +106,13 @@ class Plan:
         return 100.0 * self.tip_error_at_progress / self.exposed_length
 
     @property
+    def warnings(self) -> tuple[tuple[str, ...], ...]:
+        """For each step the warnings of its shape, and whether the tendon reaches the exposed robot at all."""
+        reached = self.robot.routing[0, 5] > (1.0 - self.insertion) * self.robot.length_na
+        hidden = ("the tendon ends inside the outer tube, where its tension has no effect",)
+        return tuple(shape.warnings + (() if out else hidden) for shape, out in zip(self.shapes, reached, strict=True))
+
+    @property
     def tip_rmse(self) -> float:
         """Root mean square of tip_error over the plan, m."""
         return float(np.sqrt(np.mean(self.tip_error**2)))
@@ -95,21 +123,18 @@ class Plan:
         return float(np.sqrt(np.mean(self.tip_error_at_progress**2)))
 
     def polynomial(self, degree: int = 2) -> np.ndarray:
-        """(degree + 1,) least-squares polynomial tension(progress) in N, highest power first, as the paper prints its
-        own.
-        """
+        """(degree + 1,) least-squares polynomial tension(progress), N, highest power first as in the paper."""
         most = self.progress.size - 1
-        if isinstance(degree, bool) or not isinstance(degree, (int, np.integer)) or not 0 <= degree <= most:
-            raise InvalidInput("degree", degree, f"a whole number from 0 to {most}, one less than the plan's steps")
-        return np.polyfit(self.progress, self.tension, int(degree))
+        return np.polyfit(self.progress, self.tension, whole("degree", degree, 0, most))
 
     def to_dict(self) -> dict:
         """Everything but the shapes as plain numbers and lists, SI, keys as the attributes."""
         numbers = {name: getattr(self, name).tolist() for name in COLUMNS}
         return {
             "robot": self.robot.name,
-            "torsion": getattr(self.robot.body, "torsion", "GJ"),
+            "torsion": self.robot.torsion,
             "freedom": self.freedom,
+            "units": dict(UNITS),
             "target_tension": self.target_tension,
             "gravity": self.gravity.tolist(),
             **numbers,
@@ -120,15 +145,13 @@ class Plan:
         }
 
     def write(self, path) -> Path:
-        """Write as .csv or .json, SI units in the headers. Raises `InvalidInput` for another suffix or folder."""
-        path = Path(path)
-        if path.suffix.lower() not in (".csv", ".json"):
-            raise InvalidInput("output", str(path), "a file name that ends in .csv or .json")
-        try:
-            with path.open("w", newline="", encoding="utf-8") as file:
-                self._write_table(file) if path.suffix.lower() == ".csv" else self._write_json(file)
-        except OSError as error:
-            raise InvalidInput("output", str(path), f"a file that can be written ({error.strerror})") from None
+        """Write as .csv or .json, SI units in the headers; an older file is replaced once the new one is complete.
+
+        Raises `InvalidInput` for another suffix and where the file cannot be written.
+        """
+        path = file_name("path", path, (".csv", ".json"))
+        with complete("path", path) as draft, draft.open("w", newline="", encoding="utf-8") as file:
+            self._write_table(file) if path.suffix.lower() == ".csv" else self._write_json(file)
         return path
 
     def _write_table(self, file) -> None:

@@ -6,13 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..errors import InvalidInput, NotConverged
+from ..errors import Fact, InvalidInput, NotConverged, numbers, whole
 from ..robot import Robot, as_robot
 from ..statics.equilibrium import solve
 from ..statics.shape import Shape
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Motion:
     """Shapes of a progressive motion in order, with the commands that gave them.
 
@@ -29,6 +29,9 @@ class Motion:
         for array in (self.insertion, self.rotation, self.tension):
             array.setflags(write=False)
 
+    def __repr__(self) -> str:
+        return f"Motion({self.robot.name}, {len(self.shapes)} steps)"
+
     @property
     def tip(self) -> np.ndarray:
         """(n, 3) path of the tip of the neutral axis, m, world frame."""
@@ -41,13 +44,11 @@ def progress(robot: Robot, insertion, rotation, tension, samples: int | None = N
     insertion (n,), rotation (n,) rad, tension (n,) or (n, n_tendons) N; a single number holds throughout.
     samples: sections per shape, evenly spread over the exposed length (None: the integrator's nodes). watch(done, n) is
     called after each step. loads: gravity, tip_force and the other keywords of `tendonrod.solve`. Rotation is that of
-    the
-    section frame at the outer tube's exit: 0 throughout is the paper's follow-the-leader law phi_p = 2 pi turns (eta
-    - 1). Raises `InvalidInput` that names the row, and `NotConverged`.
+    the section frame at the outer tube's exit; 0 throughout is the paper's follow-the-leader law
+    phi_p = 2 pi turns (eta - 1). Raises `InvalidInput` and `NotConverged`, both of which name the row.
     """
     insertion, rotation, tension = _table(as_robot(robot), insertion, rotation, tension)
-    if samples is not None and (isinstance(samples, bool) or not isinstance(samples, (int, np.integer)) or samples < 2):
-        raise InvalidInput("samples", samples, "a whole number >= 2, or None")
+    samples = None if samples is None else whole("samples", samples, 2)
     shapes: list[Shape] = []
     for k, (eta, phi, tau) in enumerate(zip(insertion.tolist(), rotation.tolist(), tension, strict=True)):
         shapes.append(_step(robot, k, eta, phi, tau, samples, shapes[-1] if shapes else None, loads))
@@ -64,28 +65,26 @@ def _step(robot, k, eta, phi, tau, samples, start, loads) -> Shape:
         field = error.field.replace("tensions", "tension")
         raise InvalidInput(f"row {k + 1}: {field}", error.value, error.allowed) from None
     except NotConverged as error:
-        error.args = (f"row {k + 1}: {error.args[0]}",)
-        raise
+        status, advice = f"row {k + 1}: {error.status}", error.advice
+        raise NotConverged(
+            status=status, load_factor=error.load_factor, residual=error.residual, advice=advice
+        ) from None
 
 
 def _table(robot: Robot, insertion, rotation, tension):
     columns = {"insertion": insertion, "rotation": rotation, "tension": tension}
-    arrays = {}
-    for name, values in columns.items():
-        try:
-            arrays[name] = np.atleast_1d(np.asarray(values, dtype=float))
-        except (TypeError, ValueError):
-            raise InvalidInput(name, values, "numbers") from None
-        most = 2 if name == "tension" else 1
-        if arrays[name].ndim > most:
-            raise InvalidInput(name, f"an array of {arrays[name].ndim} dimensions", f"a number or {most} dimension(s)")
-    size = max(array.shape[0] for array in arrays.values())
-    for name, array in arrays.items():
-        if array.shape[0] not in (1, size):
-            raise InvalidInput(name, f"{array.shape[0]} rows", f"1 row or {size} rows like the others")
+    arrays = {
+        name: np.atleast_1d(numbers(name, values, (0, 1, 2) if name == "tension" else (0, 1)))
+        for name, values in columns.items()
+    }
+    rows = {name: array.shape[0] for name, array in arrays.items()}
+    size = 0 if 0 in rows.values() else max(rows.values())
+    for name, count in rows.items():
+        if count not in (1, size):
+            raise InvalidInput(name, Fact(f"{count} rows"), f"1 row, or as many as the others, {size}")
     tau = arrays["tension"]
     tau = tau[:, None] if tau.ndim == 1 else tau
     if tau.shape[1] not in (1, robot.n_tendons):
-        raise InvalidInput("tension", f"{tau.shape[1]} columns", f"one column per tendon, {robot.n_tendons}")
+        raise InvalidInput("tension", Fact(f"{tau.shape[1]} columns"), f"one column per tendon, {robot.n_tendons}")
     full = np.broadcast_to(tau, (size, robot.n_tendons)).copy()
     return np.broadcast_to(arrays["insertion"], size).copy(), np.broadcast_to(arrays["rotation"], size).copy(), full

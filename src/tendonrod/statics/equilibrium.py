@@ -9,7 +9,7 @@ from math import cos, inf, isfinite, sin
 
 import numpy as np
 
-from ..errors import InvalidInput, NotConverged, finite, nonnegative, vector, within
+from ..errors import InvalidInput, NotConverged, finite, nonnegative, vector, whole, within
 from ..robot import Robot, as_robot
 from .continuation import follow_load
 from .shape import Shape, Status, arc_lengths
@@ -39,12 +39,13 @@ def solve(
     """Static equilibrium of the exposed robot under tendon tensions and dead loads.
 
     tensions: N, >= 0, one number (for every tendon) or (n_tendons,). gravity: (3,) m/s2. tip_force (3,) N, tip_moment
-    (3,) N m, distributed_force (3,) N/m and distributed_moment (3,) N per metre of s: dead loads, all in the world
+    (3,) N m, distributed_force (3,) N/m and distributed_moment (3,) N m per metre of s: dead loads, all in the world
     frame.
     insertion: exposed share eta in [0, 1]. rotation: angle (rad) of the section frame at the outer tube's exit about
     world z, R(0) = Rz(rotation), p(0) = Rz(rotation) [-r_na, 0, 0]; 0 is what follow-the-leader motion gives.
     s: arc lengths (m) from the exit at which to report, None for the integrator's nodes. accuracy: position error (m)
-    anywhere on the body. steps: fixes the number of integration steps instead. start: a neighbouring solution.
+    anywhere on the body. steps: fixes the number of integration steps instead, without an error estimate (NaN).
+    start: a neighbouring solution to start from; the accuracy stays the one asked for.
 
     Returns a `Shape`. Raises `InvalidInput`; `NotConverged` unless ``throw`` is False, which returns the status
     instead. Source: Cosserat rod of the paper's eqs. 1-5 with the corrections of docs/derivations, in total-force form.
@@ -86,11 +87,11 @@ def prepare(
     steps: int | None = None,
 ) -> Solution:
     """The checked problem in the kernel's arrays, ready to `run`; arguments and errors as `solve`."""
-    rod, tendons = _rod_constants(as_robot(robot)), _tendon_table(robot, tensions)
+    rod, tendons = as_robot(robot).rod_constants, _tendon_table(robot, tensions)
     loads = gravity, tip_force, tip_moment, distributed_force, distributed_moment
     problem = _problem(robot, loads, insertion, rotation)
     problem[26] = within("accuracy", accuracy, 1e-12, 1.0)
-    problem[27] = 0 if steps is None else _step_count(steps)
+    problem[27] = 0 if steps is None else whole("steps", steps, 1, MOST_STEPS)
     return Solution(rod, tendons, problem)
 
 
@@ -102,16 +103,6 @@ def _three(field: str, value) -> tuple[float, ...] | list[float]:
         if type(a) is type(b) is type(c) is float and isfinite(a + b + c):
             return value
     return vector(field, value, 3).tolist()
-
-
-def _rod_constants(robot: Robot) -> np.ndarray:
-    known = vars(robot).get("_rod_constants")
-    if known is None:
-        section, routing = robot.section, robot.routing
-        reach = np.hypot(routing[:, 0], routing[:, 1]) + routing[:, 2]
-        known = np.concatenate([section.Kse, section.Kbt, section.v_star, section.u_star, [reach.max(initial=0.0)]])
-        vars(robot)["_rod_constants"] = known
-    return known
 
 
 def _tendon_table(robot: Robot, tensions) -> np.ndarray:
@@ -145,12 +136,6 @@ def _problem(robot: Robot, loads, insertion: float, rotation: float) -> np.ndarr
         -r * c, -r * d, 0.0, c, -d, 0.0, d, c, 0.0, 0.0, 0.0, 1.0,
         0.0, 0.0, 0.0, inf,
     ])  # fmt: skip
-
-
-def _step_count(steps) -> int:
-    if isinstance(steps, bool) or not isinstance(steps, (int, np.integer)) or not 1 <= steps <= MOST_STEPS:
-        raise InvalidInput("steps", steps, f"a whole number from 1 to {MOST_STEPS}")
-    return int(steps)
 
 
 def _solved(solution: Solution, start: Shape | None) -> tuple[Solution, float]:

@@ -46,7 +46,7 @@ C1, C2, FRAME1, FRAME2, MOMENT1, MOMENT2, VARIED, SLOPE, STAGE, RATIO, STRAINS, 
     175,
 )
 SCRATCH = 190
-FARTHEST = 0.15  # of the length: motion of the tip by the loads that a cold start may find at once
+AT_ONCE = 0.15  # of the length: motion of the tip by the loads that a cold start may find at once
 CONVERGED, LOCAL_FAILED, STALLED, TOO_SMALL = 0, 1, 2, 3
 
 jit = njit(cache=True, error_model="numpy", fastmath={"contract", "nsz", "arcp"})
@@ -611,7 +611,7 @@ def equilibrium(rod, tendons, problem, state, J, stats, w):
     finer one is within accuracy. warm_n > 0: half 0 of state and J come from a neighbouring solution whose estimate of
     the position error is given; as long as that estimate, enlarged by how far the strains moved, stays within accuracy
     it is taken over. stats out: residual, iterations, sweeps, moment scale, steps, half, error estimate.
-    Returns CONVERGED, LOCAL_FAILED or STALLED.
+    Returns CONVERGED, LOCAL_FAILED, STALLED or TOO_SMALL (stats[4] then holds the steps to make room for).
     """
     load, span, accuracy, steps = problem[:12], problem[12:14], problem[26], int(problem[27])
     n, cap = int(problem[28]), capacity(state)
@@ -695,7 +695,7 @@ def equilibrium(rod, tendons, problem, state, J, stats, w):
         p0, p1, p2 = g[12 * n], g[12 * n + 1], g[12 * n + 2]
         status = shoot(rod, tendons, load, span, grid, n, g, M, x, J, False, tol, softness, 30, stats, w)
         far = (g[12 * n] - p0) ** 2 + (g[12 * n + 1] - p1) ** 2 + (g[12 * n + 2] - p2) ** 2
-        if status == CONVERGED and far > (FARTHEST * length) ** 2:
+        if status == CONVERGED and far > (AT_ONCE * length) ** 2:
             return STALLED  # the answer may lie on another branch: let continuation find the way there
     while True:
         stats[4], stats[5] = n, half
@@ -782,7 +782,9 @@ def sample(rod, tendons, problem, state, half, n, at, tol, out, w):
             m[0], m[1], m[2] = M[3 * j], M[3 * j + 1], M[3 * j + 2]
         else:
             w[RATIO] = 0.9
-            step(rod, tendons, load, span[0], span[1], grid[k], T, g, 12 * k, M, 3 * k, y, 0, tol, row, 0, m, 0, w)
+            if step(rod, tendons, load, span[0], span[1], grid[k], T, g, 12 * k, M, 3 * k, y, 0, tol, row, 0, m, 0, w) < 0:
+                row[:] = math.nan
+                continue
         row[18], row[19], row[20] = load[0] + load[6] * e, load[1] + load[7] * e, load[2] + load[8] * e
         row[21], row[22], row[23] = m[0], m[1], m[2]
         for q in range(6):

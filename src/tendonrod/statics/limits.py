@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..robot import Robot, as_robot
 from ..section import NotchedTube
 
 if TYPE_CHECKING:
-    from ..robot import Robot
     from .shape import Shape
 
 PLATEAU_STRAIN = 500e6 / 75e9  # nitinol leaves linear elasticity near 500 MPa (E = 75 GPa): 0.67 %
@@ -18,9 +18,12 @@ RECOVERABLE_STRAIN = 0.06  # lower end of 6 to 8 %
 
 
 def euler_loads(robot: Robot) -> tuple[float, float]:
-    """Buckling load (N) of the straight extended robot, clamped and free: with the softer bending stiffness, and with
-    the harmonic mean of both, which a section that turns along the rod approaches."""
-    x, y = robot.section.Kbt[:2].tolist()
+    """Two estimates (N) of the buckling load of the straight robot at full insertion, clamped and free.
+
+    The first is with the softer bending stiffness, the second with the harmonic mean of both, which a section that
+    turns along the rod approaches.
+    """
+    x, y = as_robot(robot).section.Kbt[:2].tolist()
     scale = (0.5 * pi / robot.section.L_na) ** 2
     return scale * min(x, y), scale * 2.0 * x * y / (x + y)
 
@@ -34,9 +37,7 @@ def fibre_strain(shape: Shape) -> np.ndarray:
 
 
 def wall_pressure(shape: Shape, i: int) -> np.ndarray:
-    """(n,) (u x q)_x of tendon ``i``, 1/m: positive where the tendon presses on the notched wall, negative where it
-    lifts.
-    """
+    """(u x q)_x of tendon ``i`` where it runs, 1/m; positive where it presses on the wall, negative where it lifts."""
     routing = shape.robot.routing[i]
     x, y, _ = shape.robot.tendon_position(i, shape.material_coordinate).T
     slope = routing[4] * np.stack([routing[1] - y, x - routing[0], 0.0 * x], axis=1)
@@ -66,7 +67,7 @@ def _strain_warnings(shape: Shape) -> list[str]:
         return []
     where, limit = 1e3 * shape.s[strain.argmax()], 100 * PLATEAU_STRAIN
     found = f"strain {100 * strain.max():.3g} % at s = {where:.3g} mm is past the superelastic plateau"
-    return [f"{found}, {limit:.2f} %, beyond which the linear model is wrong"]
+    return [f"{found} of nitinol, {limit:.2f} %, beyond which the linear model is wrong"]
 
 
 def _closure_warnings(shape: Shape) -> list[str]:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..errors import InvalidInput
+from ..errors import InvalidInput, numbers, whole
 from .limits import shape_warnings
 from .solution import Solution
 
@@ -58,7 +58,7 @@ class Shape:
     @property
     def tensions(self) -> np.ndarray:
         """(n_tendons,) N."""
-        return self._solution.tendons[:, 6].copy()
+        return _frozen(self._solution.tendons[:, 6].copy())
 
     @property
     def residual(self) -> float:
@@ -72,8 +72,9 @@ class Shape:
 
     @property
     def error_estimate(self) -> float:
-        """Estimated position error (m) anywhere on the body; 0 where the closed form holds or ``steps`` were given."""
-        return float(self._solution.stats[6])
+        """Estimated position error (m) anywhere on the body; 0 in closed form, NaN where ``steps`` were fixed."""
+        unknown = self._solution.problem[27] > 0.0 and self.iterations > 0
+        return float("nan") if unknown or not self.converged else float(self._solution.stats[6])
 
     @property
     def steps(self) -> int:
@@ -87,7 +88,7 @@ class Shape:
 
     @property
     def rotation(self) -> np.ndarray:
-        """(n, 3, 3) section frame R: columns are its axes in the world frame; x points from neutral to tube axis."""
+        """(n, 3, 3) section frame R, its columns the axes in the world frame; x points from neutral to tube axis."""
         return self._rows[:, 3:12].reshape(-1, 3, 3)
 
     @property
@@ -112,13 +113,13 @@ class Shape:
 
     @cached_property
     def centerline(self) -> np.ndarray:
-        """(n, 3) axis of the tube, c = p + R [r_na, 0, 0], m: what trackers, clearance and contact refer to."""
+        """(n, 3) axis of the tube, c = p + R [r_na, 0, 0], m; what trackers, clearance and contact refer to."""
         return self.section_point(self.robot.section.r_na, 0.0)
 
     @property
     def tip(self) -> np.ndarray:
         """(3,) end of the neutral axis, m, whether or not ``s`` reaches it."""
-        return self._solution.nodes[-1].copy() if self.converged else np.full(3, np.nan)
+        return _frozen(self._solution.nodes[-1].copy() if self.converged else np.full(3, np.nan))
 
     @property
     def length(self) -> float:
@@ -131,9 +132,9 @@ class Shape:
         return self.length / self.robot.section.L_na
 
     @property
-    def gravity_load(self) -> np.ndarray:
-        """(3,) distributed force per metre of s, gravity included, world frame, N/m."""
-        return self._solution.problem[6:9].copy()
+    def line_force(self) -> np.ndarray:
+        """(3,) distributed force per metre of s, weight included, world frame, N/m."""
+        return _frozen(self._solution.problem[6:9].copy())
 
     @property
     def material_coordinate(self) -> np.ndarray:
@@ -145,41 +146,44 @@ class Shape:
         """Whether the energy's second variation is positive (Jacobi's condition, docs/method); None if not solved."""
         return self._solution.is_stable() if self.converged else None
 
-    @property
+    @cached_property
     def warnings(self) -> tuple[str, ...]:
-        """Sentences on where the linear model leaves its range: plateau, closed notches, lifted tendon."""
+        """Sentences that say where the model ends (plateau, closed notches, lifted tendon) and whether it is unstable."""
         return shape_warnings(self)
 
     def section_point(self, x: float, y: float) -> np.ndarray:
         """(n, 3) path of the point (x, y) of the section, measured from the neutral axis, m."""
         rotation = self._rows[:, 3:12]
-        points = self.position + x * rotation[:, 0::3] + y * rotation[:, 1::3]
-        points.setflags(write=False)
-        return points
+        return _frozen(self.position + x * rotation[:, 0::3] + y * rotation[:, 1::3])
 
     def tendon_path(self, i: int = 0) -> np.ndarray:
         """(k, 3) path of tendon ``i`` through the exposed robot, k <= n points up to where it ends, m."""
-        if not 0 <= i < self.robot.n_tendons:
-            raise InvalidInput("i", i, f"from 0 to {self.robot.n_tendons - 1}, the tendons of {self.robot.name}")
+        i = whole("i", i, 0, self.robot.n_tendons - 1)
         s_m = self.material_coordinate
         reach = s_m <= self.robot.routing[i, 5] * (1 + 1e-12)
         offset = self.robot.tendon_position(i, s_m[reach])
-        return self.position[reach] + np.einsum("nij,nj->ni", self.rotation[reach], offset)
+        return _frozen(self.position[reach] + np.einsum("nij,nj->ni", self.rotation[reach], offset))
 
     def at(self, s) -> Shape:
         """The same configuration at other arc lengths ``s`` (m, from 0 to `length`), equally accurate."""
         at = arc_lengths(s, self.length)
-        at.setflags(write=False)
-        return replace(self, s=at, _rows=self._solution.rows(at))
+        rows = self._solution.rows(at) if self.converged else np.full((at.size, 24), np.nan)
+        return replace(self, s=_frozen(at), _rows=_frozen(rows))
+
+    def __setstate__(self, state: dict) -> None:
+        vars(self).update(state)
+        _frozen(self.s)
+        _frozen(self._rows)
+
+
+def _frozen(array: np.ndarray) -> np.ndarray:
+    array.setflags(write=False)
+    return array
 
 
 def arc_lengths(s, length: float) -> np.ndarray:
     """``s`` as (n,) floats within [0, length]; a rounding error beyond the end is taken for the end."""
-    try:
-        at = np.array(s, dtype=float)
-    except (TypeError, ValueError):
-        raise InvalidInput("s", s, f"numbers from 0 to the exposed length {length!r} m") from None
-    low, high = (at.min(), at.max()) if at.ndim == 1 and at.size else (-1.0, 0.0)
-    if not (low >= 0.0 and high <= length * (1.0 + 1e-9)):
-        raise InvalidInput("s", s, f"one or more numbers from 0 to the exposed length {length!r} m")
+    at = numbers("s", s)
+    if at.size == 0 or at.min() < 0.0 or at.max() > length * (1.0 + 1e-9):
+        raise InvalidInput("s", s, f"one or more numbers from 0 to the exposed length {length:.6g} m")
     return np.minimum(at, length, out=at)

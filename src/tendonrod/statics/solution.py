@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import sys
+import tempfile
+import threading
 from math import inf
-from pathlib import Path
 
 import numpy as np
 
 CONVERGED, LOCAL_FAILED, STALLED, TOO_SMALL = 0, 1, 2, 3  # the kernel's codes; it is imported only when needed
 START_CAPACITY, MOST_STEPS = 24, 20_000
+NOTICE = "tendonrod: compiling the statics kernel, about 20 s, once per installation"
+PATIENCE = 2.0  # s after which loading the kernel must be compiling it
 _kernel = None
 
 
@@ -17,16 +20,27 @@ def compiled():
     """The kernel, compiled; says so on standard error when that has to be done first, once per installation."""
     global _kernel
     if _kernel is None:
-        from . import kernel
-
-        source = Path(kernel.__file__).stat().st_mtime
-        cache = Path(str(kernel.equilibrium.stats.cache_path))
-        if not any(index.stat().st_mtime >= source for index in cache.glob("kernel.sample-*.nbi")):
-            note = "tendonrod: compiling the statics kernel, about 20 s, once per installation"
-            print(note, file=sys.stderr, flush=True)
-        kernel.compile_all()
+        notice = threading.Timer(PATIENCE, print, [NOTICE], {"file": sys.stderr, "flush": True})
+        notice.daemon = True
+        notice.start()
+        try:
+            kernel = _import_kernel()
+            kernel.compile_all()
+        finally:
+            notice.cancel()
         _kernel = kernel
     return _kernel
+
+
+def _import_kernel():
+    from numba.core import config
+
+    try:
+        from . import kernel
+    except RuntimeError:  # neither the package's folder nor the user's can be written: keep the code for this process
+        config.CACHE_DIR = tempfile.mkdtemp(prefix="tendonrod-")  # pyright: ignore[reportAttributeAccessIssue]
+        from . import kernel
+    return kernel
 
 
 class Solution:

@@ -19,7 +19,7 @@ SEARCHED = np.concatenate([[0.0], np.geomspace(1e-8, 0.3, 301)])  # tensions, as
 class Limit:
     """A limit of the linear model and the tension (N) of one tendon alone, without load, at which it is met.
 
-    tension is None where it is not reached. value, unit: the limiting quantity itself.
+    tension is None where it is not reached before the tension crushes the section. value, unit: the limiting quantity.
     """
 
     name: str
@@ -31,9 +31,7 @@ class Limit:
 
 
 def tension_limits(robot: Robot) -> tuple[Limit, ...]:
-    """Limits of ``robot`` as `Limit`, for each tendon pulled alone without external load; physics from
-    docs/limitations.
-    """
+    """Limits of ``robot``, for each tendon pulled alone without external load; physics in docs/limitations."""
     return tuple(limit for i in range(as_robot(robot).n_tendons) for limit in _tendon_limits(robot, i))
 
 

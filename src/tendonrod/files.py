@@ -1,0 +1,39 @@
+"""Files appear complete or not at all."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+from .errors import InvalidInput
+
+
+@contextmanager
+def complete(field: str, path: Path) -> Iterator[Path]:
+    """A draft beside ``path``, of the same suffix, to write to; it takes the place of ``path`` once it is complete.
+
+    Where writing fails or is interrupted the draft goes away and an older file at ``path`` stays as it is; a link stays
+    a link. Raises `InvalidInput` for ``field`` in place of OSError.
+    """
+    real = Path(os.path.realpath(path))
+    draft = real.with_name(f".{real.stem}.{os.getpid()}{real.suffix}")
+    try:
+        try:
+            yield draft
+            os.replace(draft, real)
+        finally:
+            draft.unlink(missing_ok=True)
+    except OSError as error:
+        raise InvalidInput(field, str(path), f"writable: {error.strerror or error}") from None
+
+
+def file_name(field: str, path: object, suffixes: Sequence[str]) -> Path:
+    """``path``, text or path-like, if it ends in one of ``suffixes``, in any case; else `InvalidInput`."""
+    text = os.fspath(path) if isinstance(path, os.PathLike) else path
+    if not isinstance(text, str) or "\0" in text or Path(text).suffix.lower() not in suffixes:
+        *others, last = suffixes
+        names = f"{', '.join(others)} or {last}" if others else last
+        raise InvalidInput(field, text, f"a file name that ends in {names}")
+    return Path(text)
