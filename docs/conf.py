@@ -5,6 +5,8 @@ import sys
 from importlib.metadata import version as installed_version
 from pathlib import Path
 
+from matplotlib.sphinxext.plot_directive import TEMPLATE
+
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE / "_ext"))
 
@@ -15,9 +17,9 @@ release = installed_version("tendonrod")
 
 extensions = [
     "sphinx.ext.autodoc",
-    "sphinx.ext.napoleon",
     "sphinx.ext.viewcode",
     "matplotlib.sphinxext.plot_directive",
+    "commandhelp",
     "svgmath",
 ]
 default_role = "code"
@@ -30,10 +32,13 @@ autodoc_member_order = "bysource"
 autodoc_typehints = "signature"
 autodoc_preserve_defaults = True
 python_use_unqualified_type_names = True
+python_maximum_signature_line_length = 88
+MADE_BY_FUNCTIONS = ("Motion", "Plan", "Projection", "Section", "Shape", "Limit", "Status")
 
 plot_working_directory = str(HERE.parent)
 plot_formats = [("svg", 100)]
 plot_html_show_formats = False
+plot_template = TEMPLATE.partition(".. only:: not html")[0]  # the second copy would be counted as a figure too
 plot_html_show_source_link = False
 
 exclude_patterns = ["_build"]
@@ -49,5 +54,15 @@ def escape_bars(_app, _what, _name, _obj, _options, lines):
     lines[:] = [re.sub(r"(`+[^`]*`+)|\|", lambda found: found[1] or r"\|", line) for line in lines]
 
 
+def plain_signature(_app, _what, name, _obj, _options, signature, returns):
+    """No constructor where a function makes the object; defaults as a caller would write them."""
+    if name.rpartition(".")[2] in MADE_BY_FUNCTIONS:
+        return "", None
+    for written, meant in (("<factory>", "{}"), ("ZERO", "(0.0, 0.0, 0.0)")):
+        signature = signature and signature.replace(written, meant)
+    return signature, returns
+
+
 def setup(app):
     app.connect("autodoc-process-docstring", escape_bars)
+    app.connect("autodoc-process-signature", plain_signature)

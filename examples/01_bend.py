@@ -38,4 +38,5 @@ def show() -> None:
 
 
 if __name__ == "__main__":
+    print(f"tip under gravity: {(1e3 * heavy.tip).round(3)} mm")
     show()

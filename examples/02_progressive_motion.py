@@ -1,4 +1,4 @@
-"""Push ExoNav out of its outer tube without load: at constant tension its body never leaves the path of its tip."""
+"""Push ExoNav out at constant tension: without load it stays on the path of its tip."""
 
 import numpy as np
 
@@ -13,17 +13,18 @@ motion = tendonrod.progress(robot, insertion, rotation, tension, samples=60)
 leader = tendonrod.solve(robot, tension)
 
 # m; constant tension is exact follow-the-leader motion where nothing else pulls
-strayed = max(np.abs(shape.position - leader.at(shape.s).position).max() for shape in motion.shapes)
+offsets = [shape.position - leader.at(shape.s).position for shape in motion.shapes]
+strayed = max(np.linalg.norm(offset, axis=1).max() for offset in offsets)
 assert strayed < 1e-10, strayed
 
 
 def show() -> None:
     import matplotlib.pyplot as plt
 
-    _, (follows, swings) = plt.subplots(2, sharex=True, sharey=True, figsize=(6.0, 6.0), layout="constrained")
-    held = tendonrod.progress(
-        robot, insertion, 2 * np.pi * (1 - insertion), tension, samples=60
-    )  # the motor stands still
+    figure = plt.figure(figsize=(6.0, 6.0), layout="constrained")
+    follows, swings = figure.subplots(2, sharex=True, sharey=True)
+    turned = 2 * np.pi * (1 - insertion)  # rad, where the motor stands still
+    held = tendonrod.progress(robot, insertion, turned, tension, samples=60)
     for axes, moved, title in (
         (follows, motion, "Turned as it comes out"),
         (swings, held, "Only pushed"),
@@ -32,8 +33,10 @@ def show() -> None:
         axes.plot(z, y, "k:", label="path of the tip", zorder=3)
         for shape in moved.shapes[4::4]:
             _, y, z = 1e3 * shape.position.T
-            colour = plt.get_cmap("viridis")(1.1 * (1 - shape.insertion))
-            axes.plot(z, y, color=colour, linewidth=1 + 4 * (1 - shape.insertion), label=f"η = {shape.insertion:.1f}")
+            inside = 1 - shape.insertion
+            colour = plt.get_cmap("viridis")(1.1 * inside)
+            style = {"color": colour, "linewidth": 1 + 4 * inside}
+            axes.plot(z, y, **style, label=f"η = {shape.insertion:.1f}")
         axes.set(title=title, ylabel="y (mm)", aspect="equal")
     swings.set(xlabel="z (mm)")
     follows.legend(fontsize="small", ncols=2)
@@ -41,4 +44,5 @@ def show() -> None:
 
 
 if __name__ == "__main__":
+    print(f"largest distance of the body from the path: {strayed:.1g} m")
     show()

@@ -1,4 +1,4 @@
-"""Describe a robot of one's own in a file: a straight rod with four tendons, here with 15 N on one after the other."""
+"""A robot of one's own, from a file: a straight rod, 15 N on each tendon in turn."""
 
 from pathlib import Path
 
@@ -9,7 +9,8 @@ import tendonrod
 robot = tendonrod.load_robot(Path(__file__).with_name("four-tendon.toml"))
 gravity = (9.81, 0.0, 0.0)  # m/s2
 tensions = 15.0 * np.eye(robot.n_tendons)  # N; row i pulls tendon i alone
-shapes = [tendonrod.solve(robot, row, gravity, s=np.linspace(0.0, robot.length_na, 101)) for row in tensions]
+s = np.linspace(0.0, robot.length_na, 101)
+shapes = [tendonrod.solve(robot, row, gravity, s=s) for row in tensions]
 
 # m; a common test case of the field, to the six digits that are printed for it
 expected_tip = [0.182212, 0.0, 0.453229]
@@ -27,11 +28,12 @@ def show() -> None:
         side.plot(path[:, 0], path[:, 2], color=colour, linewidth=0.8)
         top.plot(x, y, color=colour, linewidth=2.5, label=f"tendon {i + 1}")
         top.plot(path[:, 0], path[:, 1], color=colour, linewidth=0.8)
-    side.set(xlabel="x (mm)", ylabel="z (mm)", aspect="equal", title="Side: gravity to the right")
-    top.set(xlabel="x (mm)", ylabel="y (mm)", aspect="equal", title="Seen from the tip")
+    side.set(xlabel="x (mm)", ylabel="z (mm)", title="Gravity to the right", aspect=1.0)
+    top.set(xlabel="x (mm)", ylabel="y (mm)", title="Seen from the tip", aspect=1.0)
     top.legend(title="15 N on", fontsize="small", loc="upper left")
     plt.show()
 
 
 if __name__ == "__main__":
+    print(f"tip under the first tendon: {(1e3 * shapes[0].tip).round(3)} mm")
     show()

@@ -2,6 +2,7 @@
 
 import ast
 import os
+import re
 import runpy
 import subprocess
 import sys
@@ -19,7 +20,7 @@ def test_examples_are_numbered():
 
 
 @each_example
-def test_example_computes_and_draws(path, monkeypatch, tmp_path):
+def test_example_computes_prints_and_draws(path, monkeypatch, tmp_path, capsys):
     import matplotlib as mpl
 
     mpl.use("Agg")
@@ -30,6 +31,7 @@ def test_example_computes_and_draws(path, monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
     try:
         runpy.run_path(str(path), run_name="__main__")
+        assert re.search(r": .*\d", capsys.readouterr().out)  # its number, in words
         assert len(shown) == 1
         shown[0].canvas.draw()
         assert all(axes.has_data() for axes in shown[0].axes)
@@ -39,7 +41,7 @@ def test_example_computes_and_draws(path, monkeypatch, tmp_path):
 
 
 @each_example
-def test_example_only_draws_when_run_as_a_script(path):
+def test_example_only_prints_and_draws_when_run_as_a_script(path):
     """Computing must not import matplotlib: an example is also what a program without a screen starts from."""
     code = f"import runpy, sys; runpy.run_path({str(path)!r}); sys.exit('matplotlib' in sys.modules)"
     if path is EXAMPLES[0]:  # one process; the others are read
@@ -57,4 +59,10 @@ def test_example_says_what_it_does_and_asserts_it(path):
     assert ast.get_docstring(tree)
     assert any(isinstance(node, ast.Assert) for node in tree.body)
     assert len(path.read_text(encoding="utf-8").splitlines()) <= 60
-    assert ast.unparse(tree.body[-1]) == "if __name__ == '__main__':\n    show()"
+    assert ast.unparse(tree.body[-1]).startswith("if __name__ == '__main__':")
+    assert ast.unparse(tree.body[-1]).endswith("    show()")
+
+
+@each_example
+def test_example_fits_the_page_of_the_tutorial(path):
+    assert max(map(len, path.read_text(encoding="utf-8").splitlines())) <= 88
