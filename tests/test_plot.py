@@ -1,5 +1,8 @@
 """Figures: they show what was computed, every axis says its unit, space is drawn to scale, files are written."""
 
+from dataclasses import replace
+from itertools import pairwise
+
 import matplotlib as mpl
 import numpy as np
 import pytest
@@ -7,11 +10,23 @@ import pytest
 from tendonrod import InvalidInput, PlainRod, Robot, Tendon, load_robot, solve
 from tendonrod.motion.follow_leader import plan_follow_leader
 from tendonrod.motion.progression import progress
-from tendonrod.plot import motion_figure, plan_figure, save, shape_figure
-from tendonrod.plot.style import reading_unit
+from tendonrod.plot import motion_figure, plan_figure, save, shape_figure, style
+from tendonrod.plot.shapes import strain_curve
+from tendonrod.plot.style import new_figure, reading_unit, styled
+from tendonrod.plot.views import ABOVE, SIDE, TIP
 
 DOWN = (-9.81, 0.0, 0.0)
-UNITS = ("(mm)", "(N)", "(1/m)", "(deg)", "(µm)", "(nm)", "(-)", "η")
+UNITS = ("(mm)", "(N)", "(1/m)", "(deg)", "(µm)", "(nm)", "(-)", "η", "step")
+
+
+EYES = {"seen from the side": (0, 1, 0), "seen from above": (1, 0, 0), "seen from the tip": (0, 0, 1)}
+
+
+def on_paper(axes) -> np.ndarray:
+    """(2, 3) rows: the world directions that point to the right and up in a plane panel, as drawn."""
+    names = axes.get_xlabel()[0], axes.get_ylabel()[0]
+    running = np.sign(np.diff(axes.transData.transform([(0.0, 0.0), (1.0, 1.0)]), axis=0)[0])
+    return np.array([sign * np.eye(3)["xyz".index(name)] for sign, name in zip(running, names, strict=True)])
 
 
 @pytest.fixture(scope="module")
@@ -53,6 +68,58 @@ def test_one_millimetre_is_equally_long_in_every_direction_of_space(figures, nam
     across_and_up = space.get_proj()[:2, :3]  # rows of a rotation, but for one scale
     gram = across_and_up @ across_and_up.T
     assert gram == pytest.approx(gram[0, 0] * np.eye(2), abs=1e-9 * gram[0, 0])
+
+
+@pytest.mark.parametrize("view", [SIDE, ABOVE, TIP], ids=lambda view: view.title)
+def test_a_view_is_seen_from_where_its_title_says(view):
+    assert view.eye == pytest.approx(EYES[view.title])
+
+
+@pytest.mark.parametrize("name", ["shape", "shapes"])
+def test_no_projection_is_mirrored(figures, name):
+    """Screen right x screen up points to the eye that the panel's title names."""
+    found = {axes.get_title(loc="left")[4:]: axes for axes in panels(figures[name])}
+    for title, eye in EYES.items():
+        assert np.cross(*on_paper(found[title])) == pytest.approx(eye)
+
+
+@pytest.mark.parametrize("name", ["shape", "motion", "plan"])
+def test_space_is_seen_from_above_in_front_of_y_and_beyond_the_tip(figures, name):
+    space = next(axes for axes in figures[name].axes if hasattr(axes, "get_zlim"))
+    right, up = space.get_proj()[:2, :3] / space.get_proj()[3, 3]
+    assert np.all(np.cross(right, up) > 0.0)  # a mirrored picture would have it behind
+
+
+def test_a_right_handed_helix_comes_anticlockwise_towards_an_eye_at_the_tip():
+    rod = PlainRod(length=0.1, radius=1e-3, youngs_modulus=70e9, shear_modulus=30e9, density=2700)
+    wound = Robot(name="wound", body=rod, tendons=(Tendon.helical(offset=5e-3, angle=0.0, turns=0.5),))
+    figure = shape_figure(solve(wound, 0.0))
+    axes = next(axes for axes in panels(figure) if axes.get_title(loc="left").endswith("from the tip"))
+    middle = axes.transData.transform((0.0, 0.0))
+    path = axes.transData.transform(axes.lines[1].get_xydata()) - middle
+    assert np.linalg.det(path[[0, 10]]) > 0.0
+
+
+def test_strain_breaks_where_a_tendon_ends():
+    rod = PlainRod(length=0.4, radius=1e-3, youngs_modulus=200e9, shear_modulus=80e9, density=8000)
+    robot = Robot(name="rod", body=rod, tendons=(Tendon.constant(x=5e-3, y=0.0, end=0.25),))
+    s, u = strain_curve(solve(robot, 3.0, insertion=0.8))
+    (gap,) = np.flatnonzero(np.isnan(u[:, 1]))
+    assert s[gap] == pytest.approx(0.25 - 0.2 * 0.4)
+    assert u[:gap, 1] == pytest.approx(u[0, 1])
+    assert u[gap + 1 :] == pytest.approx(0.0, abs=1e-9 * u[0, 1])
+    assert np.all(np.diff(s) > 0.0)
+
+
+@pytest.mark.parametrize("width", [0.02, 2.0, 9.0, 21.0, 33.0])
+def test_no_tick_in_space_is_printed_over_its_neighbour(width):
+    with styled():
+        figure = new_figure(5.4)
+        axes = style.space(figure, (0.0, 0.46, 0.93, 0.49), [np.array([[0.0, 0.0, 0.0], [-width, width / 3, 70.0]])])
+        figure.draw_without_rendering()
+        for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
+            boxes = [label.get_window_extent() for label in axis.get_ticklabels() if label.get_text()]
+            assert not any(one.overlaps(other) for one, other in pairwise(boxes))
 
 
 def test_bodies_lie_inside_the_axes_in_true_millimetres(figures, robot):
@@ -119,6 +186,31 @@ def test_the_same_figure_gives_the_same_file(robot, tmp_path):
 def test_save_refuses_by_name(robot, tmp_path, name):
     with pytest.raises(InvalidInput, match=name):
         save(shape_figure(solve(robot, 0.2)), tmp_path / name)
+
+
+@pytest.mark.parametrize("suffix", [".png", ".svg", ".pdf"])
+def test_a_save_that_fails_leaves_the_older_file_and_nothing_else(robot, tmp_path, monkeypatch, suffix):
+    figure, path = shape_figure(solve(robot, 0.2)), tmp_path / f"figure{suffix}"
+    path.write_text("older")
+
+    def half_written(draft, **_):
+        draft.write_text("half")
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(figure, "savefig", half_written)
+    with pytest.raises(InvalidInput, match="No space left"):
+        save(figure, path)
+    assert path.read_text() == "older"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_shape_that_did_not_converge_is_refused(robot):
+    crushed = solve(robot, 0.7, tip_force=(1e5, 0.0, -1e6), throw=False)
+    motion = progress(robot, 1.0, 0.0, 0.2)
+    with pytest.raises(InvalidInput, match=r"shapes\[1\]"):
+        shape_figure([solve(robot, 0.2), crushed])
+    with pytest.raises(InvalidInput, match=r"shapes\[0\]"):
+        motion_figure(replace(motion, shapes=(crushed,)))
 
 
 def test_bad_input_is_named(robot, plans):

@@ -10,8 +10,11 @@ import pytest
 from tendonrod import InvalidInput, load_robot, solve
 from tendonrod.motion.follow_leader import plan_follow_leader
 from tendonrod.report import misprints, paper, reproduce
-from tendonrod.report.bending import helix_radius
+from tendonrod.report.bending import fan, helix_radius
 from tendonrod.report.chapter import Number, interval, listed, plain
+from tendonrod.report.corrections import misprint_effects
+from tendonrod.report.figures import fan_figure, misprint_figure
+from tendonrod.report.following import commanded
 from tendonrod.report.gravity import bounds, effect, self_weight
 
 STEPS = 5
@@ -168,9 +171,32 @@ def test_the_accuracies_are_the_plans_and_beat_the_paper(report, first):
     table = {row[0]: row[1:] for row in rows(report, "following-accuracy")}
     assert float(table["tension, 0.7 N, gravity"][0]) == pytest.approx(1e3 * plan.tip_rmse, rel=1e-9)
     assert float(table["tension, 0.7 N, gravity"][1]) == pytest.approx(1e3 * plan.tip_rmse_at_progress, rel=1e-9)
-    assert 1e3 * plan.tip_rmse < 1.0706 / 4
+    assert plan.tip_rmse < paper.FTL_TIP_RMSE_SIMULATED / 4
     assert float(table["full, 0.7 N, gravity"][2]) < 0.5 * float(table["tension, 0.7 N, gravity"][2])
     assert max(float(table[f"tension, {tension} N, no gravity"][0]) for tension in (0.2, 0.45, 0.7)) < 1e-6
+
+
+def test_a_commanded_fit_is_judged_as_a_plan_is(first):
+    """Through three steps the quadratic fit is the plan itself, so its errors must be the plan's own."""
+    plan = plan_follow_leader(first, 0.7, paper.GRAVITY, steps=3)
+    found = commanded(plan, plan.polynomial(2))
+    assert found.tension == pytest.approx(plan.tension)
+    assert found.body_rms == pytest.approx(plan.body_rms, abs=1e-9)
+    assert found.tip_error == pytest.approx(plan.tip_error, abs=1e-9)
+    assert found.tip_error_at_progress == pytest.approx(plan.tip_error_at_progress, abs=1e-9)
+
+
+def test_no_view_of_the_report_is_mirrored(first):
+    """Screen right x screen up points to the eye that the title names: the tip's beyond +z, that above at +x."""
+    for figure in (fan_figure([fan(first), fan(first)]), misprint_figure(misprint_effects(first))):
+        seen = [axes for axes in figure.axes if "seen from" in axes.get_title(loc="left")]
+        assert len(seen) in (2, 4)
+        for axes in seen:
+            above = axes.get_title(loc="left").endswith("above")
+            across, up = np.diff(axes.transData.transform([(0.0, 0.0), (1.0, 1.0)]), axis=0)[0]
+            right, upward = ((0, 0, across), (0, up, 0)) if above else ((0, across, 0), (up, 0, 0))
+            eye = np.cross(right, upward)
+            assert eye / np.linalg.norm(eye) == pytest.approx((1, 0, 0) if above else (0, 0, 1))
 
 
 def test_the_section_table_holds_the_audited_numbers(report):

@@ -93,7 +93,8 @@ def _zoomed_tube(axes: Axes, robot: Robot, tube: NotchedTube, notches: list[Notc
     scene.note(_on_neutral_axis(tube, low + 0.2 * (high - low)), "neutral axis", NEUTRAL, (-0.2 * r_o, -1.35 * r_o))
     scene.note((0.0, 0.0, high + 1.35 * r_o), "tube axis", QUIET, (-0.1 * r_o, -0.55 * r_o))
     if paths:
-        scene.note(paths[0][0][-min(12, len(paths[0][0]))], "tendon", TENDON, (0.1 * r_o, 0.8 * r_o))
+        name = "tendon" if robot.n_tendons == 1 else "tendon 1"
+        scene.note(paths[0][0][-min(12, len(paths[0][0]))], name, TENDON, (0.1 * r_o, 0.8 * r_o))
     scene.fit(low - 1.2 * r_o, high + 1.9 * r_o, 2.3 * r_o, 2.4 * r_o)
 
 

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
 INK, QUIET, NEUTRAL, TENDON, FILL = "#1a1a1a", "#6b7280", "#c2410c", "#1d4ed8", "#b9c3d0"
 MM = 1e3
+_LISTED = 6  # places of tendons that fit beside the section
 
 
 def draw_section(axes: Axes, robot: Robot) -> None:
@@ -48,7 +49,7 @@ def _tube_section(axes: Axes, robot: Robot, tube: NotchedTube) -> None:
     _leader(axes, (0.0, 0.0), (0.14 * r_o, 1.38 * r_o), "tube axis", INK)
     half = min(0.3 * tube.uncut_angle, 0.9)
     edge = (-0.5 * (r_i + r_o) * cos(half), -0.5 * (r_i + r_o) * sin(half))
-    _leader(axes, (-r_na, 0.0), (-0.85 * r_o, 1.22 * r_o), "neutral axis\n(centroid)", NEUTRAL)
+    _leader(axes, (-r_na, 0.0), (-1.0 * r_o, 1.22 * r_o), "neutral axis\n(centroid)", NEUTRAL)
     _leader(axes, edge, (-1.08 * r_o, -0.98 * r_o), "uncut arc", INK)
     _leader(axes, _on_circle(r_o, 50), (0.85 * r_o, 1.15 * r_o), f"$r_{{out}}$ = {r_o:.4g} mm", INK)
     _leader(axes, _on_circle(r_i, -42), (0.95 * r_o, -1.0 * r_o), f"$r_{{in}}$ = {r_i:.4g} mm", INK)
@@ -87,7 +88,7 @@ def _angle_psi(axes: Axes, tube: NotchedTube, r_i: float) -> None:
 
 def _frame(axes: Axes, origin: float, size: float) -> None:
     style = {"arrowstyle": "-|>", "color": NEUTRAL, "lw": 1.1, "mutation_scale": 8, "shrinkA": 0, "shrinkB": 0}
-    for name, tip, shift in (("$x$", (origin + size, 0.0), (-1, 3)), ("$y$", (origin, size), (3, -2))):
+    for name, tip, shift in (("$x$", (origin + size, 0.0), (-1, 3)), ("$y$", (origin, size), (4, -2))):
         axes.annotate("", tip, (origin, 0.0), arrowprops=style, zorder=7)
         axes.annotate(name, tip, shift, textcoords="offset points", color=NEUTRAL, va="bottom", zorder=8)
     axes.plot([origin], [0.0], marker="o", ms=3.4, color=NEUTRAL, zorder=8)
@@ -103,13 +104,36 @@ def _tendons(axes: Axes, robot: Robot, shift: float) -> None:
 
 
 def _tendon_note(axes: Axes, robot: Robot, shift: float, reach: float) -> None:
-    for i, tendon in enumerate(robot.tendons[:1]):
+    if robot.n_tendons > 1:
+        _numbered_tendons(axes, robot, shift, reach)
+        return
+    for i, tendon in enumerate(robot.tendons):
         r_x, r_y = MM * robot.tendon_position(i, 0.0)[0, :2]
-        lines = ["tendon" if robot.n_tendons == 1 else f"tendon 1 of {robot.n_tendons}"]
+        lines = ["tendon"]
         lines += [f"$r_t$ = {MM * tendon.radius:.4g} mm"] if tendon.radius else []
         lines += [f"({r_x:.4g}, {r_y:.4g}) mm"] if isinstance(robot.body, PlainRod) else []
         x = r_x + shift
         _leader(axes, (x, r_y), (max(1.25 * reach, x + 0.25 * reach), r_y), "\n".join(lines), TENDON)
+
+
+def _numbered_tendons(axes: Axes, robot: Robot, shift: float, reach: float) -> None:
+    """Every tendon's number beside its place, those at one place together, and a list of the places."""
+    at: dict[tuple[float, float], list[str]] = {}
+    for i in range(robot.n_tendons):
+        x, y = (MM * robot.tendon_position(i, 0.0)[0, :2]).round(4) + 0.0  # no minus zero
+        at.setdefault((float(x), float(y)), []).append(str(i + 1))
+    lines = [f"{', '.join(numbers)}: ({x:.3g}, {y:.3g})" for (x, y), numbers in at.items()]
+    shown = [*lines[:_LISTED], "..."] if len(lines) > _LISTED else lines
+    for (x, y), numbers in at.items():
+        out = np.array([x + shift, y]) / max(hypot(x + shift, y), 1e-9)
+        off = (9.0 * out[0] + (3.0 if abs(out[1]) < 0.3 else 0.0), 9.0 * out[1] + (6.0 if abs(out[1]) < 0.3 else 0.0))
+        axes.annotate(
+            ", ".join(numbers), (x + shift, y), off, textcoords="offset points", ha="center", va="center",
+            color=TENDON, weight="bold", zorder=8,
+        )  # fmt: skip
+    shown = [line.replace("-", "\u2212") for line in shown]
+    left = (1.4 if isinstance(robot.body, PlainRod) else 1.18) * reach
+    axes.text(left, 0.0, "\n".join(["tendons (mm)", *shown]), color=TENDON, va="center")
 
 
 def _rod_section(axes: Axes, robot: Robot, rod: PlainRod) -> None:

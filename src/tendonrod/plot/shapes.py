@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,6 +10,7 @@ import numpy as np
 from ..errors import InvalidInput
 from ..statics.shape import Shape
 from .style import BLUE, COLOURS, GREEN, MM, ORANGE, QUIET, draw, labelled, new_figure, space, styled, titled
+from .views import ABOVE, SIDE, TIP
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
 
 SAMPLES, FRAMES = 161, 9
 FRAME_GREYS = ("#374151", "#9ca3af")
-_VIEWS = {"b": ("side view", (2, 0)), "c": ("top view", (2, 1)), "d": ("seen from the tip", (1, 0))}
+_VIEWS = {"b": SIDE, "c": ABOVE, "d": TIP}
 
 
 def shape_figure(shape_or_shapes: Shape | Sequence[Shape], labels: Sequence[str] | None = None) -> Figure:
@@ -41,6 +42,19 @@ def fine(shape: Shape, samples: int = SAMPLES) -> Shape:
     return shape.at(np.linspace(0.0, shape.length, samples)) if shape.length > 0.0 else shape
 
 
+def strain_curve(shape: Shape) -> tuple[np.ndarray, np.ndarray]:
+    """s (n,) in m and u (n, 3) in 1/m for a plot: NaN where the strain jumps, at a tendon's end within the body."""
+    start = shape.material_coordinate[0] - shape.s[0]
+    ends = [tendon.end - start for tendon in shape.robot.tendons if tendon.end is not None]
+    jumps = np.unique([end for end in ends if 0.0 < end < shape.length * (1.0 - 1e-9)])
+    if not jumps.size:
+        return shape.s, shape.u
+    near = 1e-9 * shape.length
+    s = np.unique(np.concatenate([shape.s[~np.isin(shape.s, jumps)], jumps - near, jumps + near]))
+    at = np.searchsorted(s, jumps)
+    return np.insert(s, at, jumps), np.insert(shape.at(s).u, at, np.nan, axis=0)
+
+
 def body_paths(shape: Shape) -> list[tuple[str, np.ndarray]]:
     """(name, path (k, 3) in mm) of what is drawn of a body, the thickest first."""
     tendons = [("tendon", MM * shape.tendon_path(i)) for i in range(shape.robot.n_tendons)]
@@ -49,12 +63,17 @@ def body_paths(shape: Shape) -> list[tuple[str, np.ndarray]]:
     return [("tube axis", MM * shape.centerline), ("neutral axis", MM * shape.position), *tendons]
 
 
-def _checked_labels(shapes: list[Shape], labels: Sequence[str] | None) -> list[str]:
-    if not shapes:
-        raise InvalidInput("shapes", shapes, "one Shape or more")
+def check_converged(shapes: Sequence[Shape]) -> None:
+    """Raise `InvalidInput` that names the first shape which did not converge."""
     for k, shape in enumerate(shapes):
         if not shape.converged:
             raise InvalidInput(f"shapes[{k}]", shape.status.name.lower(), "converged")
+
+
+def _checked_labels(shapes: list[Shape], labels: Sequence[str] | None) -> list[str]:
+    if not shapes:
+        raise InvalidInput("shapes", shapes, "one Shape or more")
+    check_converged(shapes)
     names = list(labels) if labels is not None else [_load_text(shape) for shape in shapes]
     if len(names) != len(shapes):
         raise InvalidInput("labels", labels, f"one text for each of the {len(shapes)} shapes")
@@ -63,8 +82,8 @@ def _checked_labels(shapes: list[Shape], labels: Sequence[str] | None) -> list[s
 
 def _load_text(shape: Shape) -> str:
     tensions = ", ".join(f"{tension:.3g}" for tension in shape.tensions)
-    text = shape.robot.name + (f", {tensions} N" if tensions else "")
-    return text + (", loaded" if np.any(shape.gravity_load) else "")
+    pulled = f" at ({tensions}) N" if len(shape.tensions) > 1 else f" at {tensions} N" if tensions else ""
+    return shape.robot.name + pulled + (", with load" if np.any(shape.line_force) else "")
 
 
 def _style(name: str, colour: str, alone: bool) -> dict[str, Any]:
@@ -75,19 +94,20 @@ def _style(name: str, colour: str, alone: bool) -> dict[str, Any]:
     return {"color": colour, "lw": 2.4, "solid_capstyle": "round"}
 
 
-def _draw_bodies(axes: Axes, shapes: Sequence[Shape], columns: tuple[int, ...]) -> None:
+def _draw_bodies(axes: Axes, shapes: Sequence[Shape], project: Callable[[np.ndarray], np.ndarray]) -> None:
     for k, shape in enumerate(shapes):
         for name, path in body_paths(shape):
-            draw(axes, path[:, columns], **_style(name, COLOURS[k % len(COLOURS)], len(shapes) == 1))
+            draw(axes, project(path), **_style(name, COLOURS[k % len(COLOURS)], len(shapes) == 1))
 
 
 def _in_space(figure: Figure, shapes: Sequence[Shape], names: Sequence[str]) -> None:
     paths = [path for shape in shapes for _, path in body_paths(shape)]
     axes = space(figure, (0.0, 0.57, 1.0, 0.36), paths)
-    _draw_bodies(axes, shapes, (0, 1, 2))
+    _draw_bodies(axes, shapes, np.asarray)
     if len(shapes) == 1 and shapes[0].s.size > 1:
         _frames(axes, shapes[0], 0.06 * np.ptp(np.concatenate(paths), axis=0).max())
-    figure.text(0.01, 0.985, "(a) in space", weight="bold", size=8.5, va="top")
+    title = f"(a) {names[0]}: in space" if len(shapes) == 1 else "(a) in space"
+    figure.text(0.01, 0.985, title, weight="bold", size=8.5, va="top")
     figure.legend(
         handles=_legend(shapes, names), loc="upper left", bbox_to_anchor=(0.005, 0.965), handlelength=2.4, ncols=3
     )
@@ -107,31 +127,29 @@ def _legend(shapes: Sequence[Shape], names: Sequence[str]) -> list[Any]:
     if not alone:
         handles = [Line2D([], [], color=COLOURS[k % len(COLOURS)], lw=2.4, label=name) for k, name in enumerate(names)]
     parts = dict.fromkeys(name for shape in shapes for name, _ in body_paths(shape))
-    for name in parts:
-        label = f"{name}, {names[0]}" if alone and name in ("tube axis", "axis of the rod") else name
-        handles.append(Line2D([], [], label=label, **_style(name, BLUE if alone else QUIET, alone)))
+    handles += [Line2D([], [], label=name, **_style(name, BLUE if alone else QUIET, alone)) for name in parts]
     frames = zip("xy", FRAME_GREYS, strict=True) if alone else ()
     return handles + [Line2D([], [], color=grey, lw=0.8, label=f"{name} of the section frame") for name, grey in frames]
 
 
 def _projections(figure: Figure, shapes: Sequence[Shape]) -> None:
     places = {"b": (0.085, 0.375, 0.40, 0.165), "c": (0.575, 0.375, 0.40, 0.165), "d": (0.085, 0.065, 0.25, 0.22)}
-    for letter, (title, columns) in _VIEWS.items():
-        axes = figure.add_axes(places[letter])
-        _draw_bodies(axes, shapes, columns)
+    for letter, view in _VIEWS.items():
+        axes = view.prepare(figure.add_axes(places[letter]))
+        _draw_bodies(axes, shapes, view.project)
         axes.set_aspect("equal", adjustable="datalim")
-        labelled(axes, f"{'xyz'[columns[0]]} (mm)", f"{'xyz'[columns[1]]} (mm)")
-        titled(axes, letter, title)
+        titled(axes, letter, view.title)
 
 
 def _strains(figure: Figure, shapes: Sequence[Shape]) -> None:
     axes = figure.add_axes((0.46, 0.065, 0.515, 0.22))
     dashes = ("-", (0, (5, 1.5)), (0, (1, 1)))
     for k, shape in enumerate(shapes):
+        s, u = strain_curve(shape)
         for i, name in enumerate("xyz"):
             colour = COLOURS[i] if len(shapes) == 1 else COLOURS[k % len(COLOURS)]
             label = f"$u_{name}$" if k == 0 else None
-            axes.plot(MM * shape.s, shape.u[:, i], color=colour, ls=dashes[i], label=label)
+            axes.plot(MM * s, u[:, i], color=colour, ls=dashes[i], label=label)
     labelled(axes, "s (mm)", "strain u (1/m)")
     titled(axes, "e", "bending $u_x, u_y$ and twist $u_z$")
     axes.legend(ncols=3, loc="best")

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import InvalidInput
+from ..files import complete, file_name
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -24,7 +24,9 @@ COLOURS = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY)
 INK, QUIET, PALE = "#1a1a1a", "#6b7280", "#c9ced6"
 WIDTH = 7.2  # inches, every figure
 FORMATS = (".png", ".svg", ".pdf")
+ELEVATION, AZIMUTH = 19.0, 25.0  # degrees, of the eye above the z-y plane, and from y towards z
 _LABEL_ROOM = np.array([1.5, 0.5])  # inches
+_TICK_ROOM = np.array([24.0, 8.5])  # points, width and height of a tick's number
 _LABEL_SHIFT = {"x": (-38.0, 0.0), "y": (36.0, -20.0), "z": (-4.0, -22.0)}  # points, from the middle of the axis
 _RC: Any = {
     "font.size": 8.0,
@@ -89,15 +91,10 @@ def save(figure: Figure, path) -> Path:
 
 def write(figure: Figure, path) -> Path:
     """As `save`, but the figure stays open for another format."""
-    path = Path(path)
-    if path.suffix.lower() not in FORMATS:
-        raise InvalidInput("figure", str(path), "a file name that ends in " + ", ".join(FORMATS))
+    path = file_name("figure", path, FORMATS)
     undated = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
-    try:
-        with styled():
-            figure.savefig(path, metadata=undated.get(path.suffix.lower()))
-    except OSError as error:
-        raise InvalidInput("figure", str(path), f"a file that can be written ({error.strerror or error})") from None
+    with styled(), complete("figure", path) as draft:
+        figure.savefig(draft, metadata=undated.get(path.suffix.lower()))
     return path
 
 
@@ -121,23 +118,22 @@ def reading_unit(largest: float) -> tuple[str, float]:
     return "nm", 1e9
 
 
-def space(
-    figure: Figure, place: tuple[float, float, float, float], paths: Sequence[np.ndarray], elev=19.0, azim=25.0
-) -> Axes3D:
+def space(figure: Figure, place: tuple[float, float, float, float], paths: Sequence[np.ndarray]) -> Axes3D:
     """Empty 3D axes at ``place`` (left, bottom, width, height in shares of the figure) around ``paths`` (k, 3) in mm.
 
     One millimetre is equally long along x, y and z. World z, the insertion, runs to the right and x upwards, as on a
-    bench where gravity acts along -x. elev, azim: the eye's elevation and azimuth in degrees.
+    bench where gravity acts along -x; y runs towards the eye.
     """
     axes: Any = figure.add_axes(place, projection="3d")
     axes.set_proj_type("ortho")
-    axes.view_init(elev=elev, azim=azim, vertical_axis="x")
+    axes.view_init(elev=ELEVATION, azim=AZIMUTH, vertical_axis="x")
     low, high = _box(paths)
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
     zoom = _zoom(axes, high - low, place, figure)
     axes.set_box_aspect(high - low, zoom=zoom)
-    for axis, name, span in zip((axes.xaxis, axes.yaxis, axes.zaxis), "xyz", high - low, strict=True):
-        _space_axis(axis, name, span / (high - low).max(), zoom)
+    for axis, name in zip((axes.xaxis, axes.yaxis, axes.zaxis), "xyz", strict=True):
+        _space_axis(axis, name, zoom)
+    _thin_ticks(axes, low, high, _points_per_unit(axes, place, figure))
     _name_axes(axes, low, high)
     axes.patch.set_alpha(0.0)
     return axes
@@ -146,11 +142,6 @@ def space(
 def draw(axes: Axes, path: np.ndarray, **style) -> list[Any]:
     """Plot a path (k, 3) or (k, 2). Not clipped: 3D axes are drawn beyond the square that matplotlib gives them."""
     return axes.plot(*np.asarray(path).T, clip_on=False, **style)
-
-
-def letters():
-    """a, b, c, ..."""
-    return itertools.chain("abcdefgh")
 
 
 def _box(paths: Sequence[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
@@ -176,13 +167,30 @@ def _zoom(axes: Any, size: np.ndarray, place: tuple[float, float, float, float],
     return float(((room - _LABEL_ROOM) / extent).min())
 
 
-def _space_axis(axis: Any, name: str, share: float, zoom: float) -> None:
-    """Quiet panes and few ticks, near their axis: matplotlib blows the distance up with the zoom."""
+def _points_per_unit(axes: Any, place: tuple[float, float, float, float], figure: Figure) -> float:
+    """Points on paper per unit of the projection."""
+    return 72.0 * float((figure.get_size_inches() * place[2:]).min()) / axes.viewLim.width
+
+
+def _thin_ticks(axes: Any, low: np.ndarray, high: np.ndarray, scale: float) -> None:
+    """Ticks as many as fit beside each other on paper: none is printed over its neighbour on a foreshortened axis."""
     from matplotlib.ticker import MaxNLocator
 
+    size, matrix = high - low, axes.get_proj()
+    shrink = np.abs(matrix[:2, :3] / matrix[3, 3])  # of a parallel projection
+    for k, axis in enumerate((axes.xaxis, axes.yaxis, axes.zaxis)):
+        few = MaxNLocator(nbins=max(3, round(7 * size[k] / size.max())), steps=[1, 2, 4, 5, 10])
+        ticks = few.tick_values(low[k], high[k])
+        ticks = ticks[(ticks >= low[k]) & (ticks <= high[k])]
+        across, up = scale * shrink[:, k] * (ticks[1] - ticks[0] if len(ticks) > 1 else size[k])
+        apart = max(across / _TICK_ROOM[0], up / _TICK_ROOM[1], 1e-3)
+        axis.set_ticks(ticks[:: int(np.ceil(1.0 / apart))])
+
+
+def _space_axis(axis: Any, name: str, zoom: float) -> None:
+    """Quiet panes and ticks near their axis: matplotlib blows the distance up with the zoom."""
     axis.set_pane_color((1.0, 1.0, 1.0, 0.0))
     axis.line.set_color(QUIET)
-    axis.set_major_locator(MaxNLocator(nbins=max(3, round(7 * share)), steps=[1, 2, 4, 5, 10]))
     axis.set_tick_params(pad=11.0 / zoom - 8.0, labelsize=7.0)
     axis.set_label_text(f"{name} (mm)", visible=False)
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -12,33 +11,14 @@ from ..robot import Robot
 from ..section import TORSION_MODELS
 from ..statics.equilibrium import solve
 from ..statics.shape import Shape
-from ..statics.tension_limits import tension_limits
 from . import paper
 from .chapter import Chapter, Number, Picture, Table, listed, mm, title_of
-from .devices import torsion_stiffness
+from .devices import limits_of, torsion_stiffness
+from .figures import deflection_figure, fan_figure, torsion_figure
+from .results import SWEPT, TENSIONS, Fan
 
-TENSIONS = (0.0, 0.2, 0.45, 0.7, 1.0)  # N: the paper's three, nothing, and the edge of the linear range of prototype 1
-SWEPT = np.linspace(0.0, 1.5, 31)  # N, of the torsion models
 SAMPLES = 121
 _STILL = (0.0, 0.0, 0.0)
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Fan:
-    """Shapes of one prototype at `TENSIONS`, without and with gravity, and the way of its tip as the tension rises.
-
-    swept: (n,) N. deflection: (n,) m, of the tip from where it is without tension. radius: (n,) m, of the
-    helix that the tube's axis follows, without load. lift_off, plateau: tensions (N), ends of the linear model's range.
-    """
-
-    robot: Robot
-    still: tuple[Shape, ...]
-    heavy: tuple[Shape, ...]
-    swept: np.ndarray
-    deflection: np.ndarray
-    radius: np.ndarray
-    lift_off: float | None
-    plateau: float | None
 
 
 def fan(robot: Robot) -> Fan:
@@ -47,7 +27,6 @@ def fan(robot: Robot) -> Fan:
     still, heavy = (
         tuple(solve(robot, tension, gravity, s=s) for tension in TENSIONS) for gravity in (_STILL, paper.GRAVITY)
     )
-    limits = {limit.name: limit.tension for limit in tension_limits(robot)}
     swept = np.linspace(0.0, 4.5, 91)
     shapes = [solve(robot, tension) for tension in swept]
     return Fan(
@@ -57,8 +36,8 @@ def fan(robot: Robot) -> Fan:
         swept=swept,
         deflection=np.array([np.linalg.norm(shape.tip - shapes[0].tip) for shape in shapes]),
         radius=np.array([helix_radius(shape) for shape in shapes]),
-        lift_off=limits["tendon lift-off"],
-        plateau=limits["plateau"],
+        lift_off=limits_of(robot)["tendon lift-off"].tension,
+        plateau=limits_of(robot)["plateau"].tension,
     )
 
 
@@ -70,8 +49,6 @@ def helix_radius(shape: Shape) -> float:
 
 def bending_chapter(fans: Sequence[Fan]) -> Chapter:
     """Shapes and tips of all prototypes against tension."""
-    from .figures import deflection_figure, fan_figure
-
     return Chapter(
         name="bending",
         title="Shape against tension",
@@ -92,8 +69,6 @@ def bending_chapter(fans: Sequence[Fan]) -> Chapter:
 
 def torsion_chapter(robots: Sequence[Robot]) -> Chapter:
     """The three torsion models side by side."""
-    from .figures import torsion_figure
-
     still, heavy = ({robot.name: _by_model(robot, gravity) for robot in robots} for gravity in (_STILL, paper.GRAVITY))
     moved = {robot.name: _moved(robot) for robot in robots}
     apart = {
@@ -110,7 +85,6 @@ def torsion_chapter(robots: Sequence[Robot]) -> Chapter:
             "open_section": listed(mm(value) for value in apart["open_section"]),
             "homogenized": listed(mm(value) for value in apart["homogenized"]),
             "homogenized_1": mm(apart["homogenized"][0]),
-            "open_section_1": mm(apart["open_section"][0]),
             "sag": listed(mm(value) for value in sag),
         },
     )
@@ -122,7 +96,7 @@ def _radius_at_plateau(each: Fan) -> Number:
 
 def _by_model(robot: Robot, gravity) -> dict[str, Shape]:
     s = np.linspace(0.0, robot.length_na, SAMPLES)
-    return {model: solve(robot.replace(torsion=model), 0.7, gravity, s=s) for model in TORSION_MODELS}
+    return {model: solve(robot.replace(torsion=model), paper.LARGEST_TENSION, gravity, s=s) for model in TORSION_MODELS}
 
 
 def distance(one: Shape, other: Shape) -> float:

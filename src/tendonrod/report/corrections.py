@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import partial
 from math import pi
 
@@ -10,40 +9,15 @@ import numpy as np
 
 from ..robot import Robot
 from ..statics.equilibrium import solve
-from ..statics.shape import Shape
 from . import misprints, paper
 from .chapter import Cell, Chapter, Number, Picture, Table, mm
-from .misprints import Body
+from .figures import misprint_figure
+from .results import Misprints
 
-TENSION = 0.7  # N
+TENSION = paper.LARGEST_TENSION
 SAMPLES = misprints.SAMPLES
 _STILL = (0.0, 0.0, 0.0)
 _LOADS = (_STILL, paper.GRAVITY)
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Misprints:
-    """Prototype 1 at 0.7 N, pairs without and with gravity. right: this package; others: printed equations.
-
-    check: the same integrator with every misprint corrected. weight_per_length: with the mass per length of the tube.
-    """
-
-    robot: Robot
-    right: tuple[Shape, ...]
-    check: tuple[Body, ...]
-    moment_term: tuple[Body, ...]
-    inertia: tuple[Body, ...]
-    centroid: tuple[Body, ...]
-    weight_per_length: tuple[Shape, ...]
-    open_section: tuple[Shape, ...]
-    homogenized: tuple[Shape, ...]
-
-    def moved(self, name: str) -> list[float]:
-        """Distances (m) of the tip from the right one, without and with gravity."""
-        return [
-            float(np.linalg.norm(_tip(body) - shape.tip))
-            for body, shape in zip(getattr(self, name), self.right, strict=True)
-        ]
 
 
 def misprint_effects(robot: Robot) -> Misprints:
@@ -71,8 +45,6 @@ def misprint_effects(robot: Robot) -> Misprints:
 
 def chapter(found: Misprints, robots: list[Robot]) -> Chapter:
     """Table of misprints with their effects, and a figure of the two that matter."""
-    from .figures import misprint_figure
-
     return Chapter(
         name="corrections",
         title="The paper’s misprints and what each does",
@@ -102,10 +74,6 @@ def ringing_wavelength(found: Misprints) -> float:
     arms = 1e-7 * np.diag(np.maximum(1.0, np.abs(state)))[12:]
     slopes = [(given.rates(0.0, state + arm) - given.rates(0.0, state - arm))[12:] / (2.0 * arm.max()) for arm in arms]
     return float(2.0 * pi / np.abs(np.linalg.eigvals(np.array(slopes).T).imag).max())
-
-
-def _tip(body: Body | Shape) -> np.ndarray:
-    return body.position[-1]
 
 
 _TORSION = "<i>E</i>(<i>I</i><sub>x</sub> + <i>I</i><sub>y</sub>)"

@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from functools import partial
+from collections.abc import Callable, Mapping, Sequence
+from functools import cache, partial
 from math import degrees
+from types import MappingProxyType
 
+import numpy as np
+
+from ..device import notched_tube
+from ..device_figure import draw_device
 from ..robot import Robot
 from ..section import TORSION_MODELS, NotchedTube
 from ..statics.limits import euler_loads
 from ..statics.tension_limits import Limit, tension_limits
+from . import paper
 from .chapter import Cell, Chapter, Number, Picture, Table, listed, title_of
 
+_G = float(np.linalg.norm(paper.GRAVITY))  # m/s2
 DRAWN = ("exonav-1", "exonav-3")  # one of each tube
 
 
@@ -23,19 +30,21 @@ def chapter(robots: Sequence[Robot]) -> Chapter:
         tables=(_section_table(robots), _limit_table(robots)),
         pictures=[_drawing(robot) for robot in robots if robot.name in DRAWN],
         facts={
-            "lift_off_3": _lift_off(robots[2]),
+            "lift_off_3": _at(limits_of(robots[2])["tendon lift-off"]),
             "torsion_ratio": listed(Number(ratio, 0) for ratio in _torsion_ratios(robots)),
         },
     )
 
 
+@cache
+def limits_of(robot: Robot) -> Mapping[str, Limit]:
+    """Limits of the one tendon by name; found once per robot, since several chapters ask and each takes a search."""
+    return MappingProxyType({limit.name: limit for limit in tension_limits(robot)})
+
+
 def torsion_stiffness(robot: Robot, model: str) -> float:
     """Torsion stiffness (N m2) of ``robot`` with another torsion model."""
     return robot.replace(torsion=model).section.torsion_stiffness
-
-
-def _lift_off(robot: Robot) -> Cell:
-    return next(_at(limit) for limit in tension_limits(robot) if limit.name == "tendon lift-off")
 
 
 def _torsion_ratios(robots: Sequence[Robot]) -> list[float]:
@@ -44,8 +53,6 @@ def _torsion_ratios(robots: Sequence[Robot]) -> list[float]:
 
 
 def _drawing(robot: Robot) -> Picture:
-    from ..device_figure import draw_device
-
     return Picture(
         name=f"device-{robot.name}",
         draw=partial(draw_device, robot),
@@ -72,12 +79,14 @@ _ROWS: tuple[tuple[str, int, Callable[[Robot, NotchedTube], float]], ...] = (
         for model in TORSION_MODELS
     ),
     ("line density <i>λ</i> (g/m)", 4, lambda robot, tube: 1e3 * robot.section.line_density),
-    ("weight (mN)", 3, lambda robot, tube: 1e3 * 9.81 * robot.section.line_density * robot.section.L_na),
+    ("weight (mN)", 3, lambda robot, tube: 1e3 * _G * robot.section.line_density * robot.section.L_na),
 )
 
 
 def _section_table(robots: Sequence[Robot]) -> Table:
-    rows = [[title, *(Number(of(robot, _tube(robot)), digits) for robot in robots)] for title, digits, of in _ROWS]
+    rows = [
+        [title, *(Number(of(robot, notched_tube(robot)), digits) for robot in robots)] for title, digits, of in _ROWS
+    ]
     return Table(
         name="sections",
         header=("", *(title_of(robot.name) for robot in robots)),
@@ -86,7 +95,7 @@ def _section_table(robots: Sequence[Robot]) -> Table:
 
 
 def _limit_table(robots: Sequence[Robot]) -> Table:
-    by_robot = [{limit.name: limit for limit in tension_limits(robot)} for robot in robots]
+    by_robot = [limits_of(robot) for robot in robots]
     euler = [euler_loads(robot) for robot in robots]
     rows = [
         ["tendon on the wall from (N)", *(_at(limits["tendon lift-off"]) for limits in by_robot)],
@@ -97,8 +106,14 @@ def _limit_table(robots: Sequence[Robot]) -> Table:
         ],
         ["notches closed (N, beyond the linear model)", *(_at(limits["notch closure"]) for limits in by_robot)],
         ["curvature that closes the notches (1/m)", *(Number(limits["notch closure"].value, 0) for limits in by_robot)],
-        ["Euler load of the extended robot, lower bound (mN)", *(Number(1e3 * low, 1) for low, _ in euler)],
-        ["the same, for a section that turns quickly (mN)", *(Number(1e3 * high, 1) for _, high in euler)],
+        [
+            "Euler load of the extended robot, softer bending stiffness alone: lower bound (mN)",
+            *(Number(1e3 * low, 1) for low, _ in euler),
+        ],
+        [
+            "Euler load if the section turned many times, harmonic mean of both stiffnesses (mN)",
+            *(Number(1e3 * high, 1) for _, high in euler),
+        ],
     ]
     return Table(
         name="limits",
@@ -109,8 +124,3 @@ def _limit_table(robots: Sequence[Robot]) -> Table:
 
 def _at(limit: Limit) -> Cell:
     return "not reached" if limit.tension is None else Number(limit.tension, 3 if limit.tension < 10 else 1)
-
-
-def _tube(robot: Robot) -> NotchedTube:
-    assert isinstance(robot.body, NotchedTube), robot.name
-    return robot.body

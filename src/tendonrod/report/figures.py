@@ -23,14 +23,12 @@ from ..plot.style import (
     styled,
     titled,
 )  # fmt: skip
+from ..plot.views import ABOVE, TIP
 from ..section import TORSION_MODELS
 from ..statics.shape import Shape
 from . import paper
-from .bending import SWEPT, TENSIONS, Fan
 from .chapter import short, title_of
-from .corrections import Misprints
-from .following import Plans
-from .gravity import GravityEffect
+from .results import SWEPT, TENSIONS, Fan, GravityEffect, Misprints, Plans
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -41,7 +39,7 @@ _ROBOT_COLOUR: dict[str, str] = dict(zip(paper.PROTOTYPES, COLOURS[:4], strict=T
 
 
 def tension_figure(found: Plans) -> Figure:
-    """Tension laws for 0.7 N with gravity, and the error of the tip when they are commanded."""
+    """Tension laws for the largest target with gravity, and the error of the tip when they are commanded."""
     best, eta = found.heavy[-1], np.linspace(0.0, 1.0, 201)
     with styled():
         figure = new_figure(3.2)
@@ -57,14 +55,14 @@ def tension_figure(found: Plans) -> Figure:
         left.plot(eta, np.polyval(best.polynomial(2), eta), color=BLUE, lw=0.9, label="its quadratic fit")
         right.plot(best.progress, MM * best.tip_error, color=BLUE, ls="", marker="o")
         right.plot(best.progress, MM * found.fitted.tip_error, color=BLUE, lw=0.9)
-        right.axhline(MM * paper.FTL_TIP_RMSE_SIMULATED, color=INK, ls=(0, (1, 1.5)), lw=0.9)
-        right.annotate("RMSE printed, 1.0706 mm", (0.02, MM * paper.FTL_TIP_RMSE_SIMULATED), (0, 3), size=7.5,
-                       textcoords="offset points")  # fmt: skip
+        printed = MM * paper.FTL_TIP_RMSE_SIMULATED
+        right.axhline(printed, color=INK, ls=(0, (1, 1.5)), lw=0.9, label=f"RMSE that the paper prints, {printed:g} mm")
+        right.legend(loc="upper left")
         left.set_ylim(0.0, 0.85)
-        right.set_ylim(0.0)
+        right.set_ylim(0.0, 1.2 * MM * found.printed.tip_error.max())  # room for the legend
         labelled(left, "progress η", "tendon tension τ (N)").legend(loc="lower right")
         labelled(right, "progress η", "tip to reference (mm)")
-        titled(left, "a", "tension, 0.7 N with gravity")
+        titled(left, "a", f"tension, {best.target_tension:g} N with gravity")
         titled(right, "b", "error of the tip")
     return figure
 
@@ -81,11 +79,14 @@ def fan_figure(fans: Sequence[Fan]) -> Figure:
         for k, (each, (above, end)) in enumerate(zip(fans, grid, strict=True)):
             for shapes, dashes in ((each.still, "-"), (each.heavy, (0, (3, 1.2)))):
                 for shape, colour in zip(shapes, colours, strict=True):
-                    _from_two_sides(above, end, shape, color=colour, ls=dashes, lw=1.1)
-            titled(above, "aceg"[k], f"{title_of(each.robot.name)}: from above")
-            titled(end, "bdfh"[k], "from the tip")
-            labelled(above, "z (mm)" if k == len(fans) - 1 else "", "y (mm)")
-            labelled(end, "y (mm)" if k == len(fans) - 1 else "", "x (mm)")
+                    for axes, view in ((above, ABOVE), (end, TIP)):
+                        axes.plot(*view.project(MM * shape.centerline).T, color=colour, ls=dashes, lw=1.1)
+            titled(above, "aceg"[k], f"{title_of(each.robot.name)}, {ABOVE.title}")
+            titled(end, "bdfh"[k], TIP.title)
+            ABOVE.prepare(above)
+            TIP.prepare(end)
+        for axes in grid[:-1].flat:
+            axes.set_xlabel("")
         _one_scale(grid)
         figure.legend(handles=_fan_legend(colours), loc="upper center", ncols=len(TENSIONS) + 2, columnspacing=1.3)
     return figure
@@ -118,13 +119,14 @@ def torsion_figure(shapes: Mapping[str, Mapping[str, Shape]], moved: Mapping[str
         lower: Any = figure.subplots(
             1, 2, sharey=True, gridspec_kw={"top": 0.42, "bottom": 0.09, "left": 0.075, "right": 0.985}
         )
-        upper = [figure.add_axes((0.075 + 0.234 * k, 0.57, 0.19, 0.30)) for k in range(len(shapes))]
+        upper = [figure.add_axes((0.075 + 0.2415 * k, 0.57, 0.178, 0.30)) for k in range(len(shapes))]
         for k, (end, (name, by_model)) in enumerate(zip(upper, shapes.items(), strict=True)):
             for model, shape in by_model.items():
                 dashes = (0, (3, 1.2)) if model == "homogenized" else "-"
-                end.plot(*MM * shape.centerline[:, 1::-1].T, color=_MODEL_COLOUR[model], ls=dashes, label=model)
-            end.set_aspect("equal", adjustable="datalim")
-            labelled(end, "y (mm)", "x (mm)" if k == 0 else "")
+                path = TIP.project(MM * shape.centerline)
+                end.plot(*path.T, color=_MODEL_COLOUR[model], ls=dashes, label=model)
+            TIP.prepare(end).set_aspect("equal", adjustable="datalim")
+            end.set_ylabel("x (mm)" if k == 0 else "")
             titled(end, "abcd"[k], title_of(name))
             for axes, by_tension in zip(lower, moved[name].values(), strict=True):
                 axes.plot(SWEPT, MM * by_tension, color=_ROBOT_COLOUR[name], label=short(name))
@@ -146,7 +148,13 @@ def gravity_figure(effects: Sequence[GravityEffect]) -> Figure:
         for k, (each, axes) in enumerate(zip(effects, panels, strict=True)):
             low, high = (MM * bound for bound in (each.weight.min(axis=(0, 1)), each.weight.max(axis=(0, 1))))
             axes.fill_between(
-                at, low, high, color=BLUE, alpha=0.35, lw=1.0, label="self-weight, 0 to 0.7 N, both torsions"
+                at,
+                low,
+                high,
+                color=BLUE,
+                alpha=0.35,
+                lw=1.0,
+                label=f"self-weight, 0 to {paper.LARGEST_TENSION:g} N, both torsions",
             )
             axes.plot(at, MM * each.tilt, color=QUIET, ls=(0, (4, 1.5)), lw=1.1, label="1° of base tilt")
             axes.plot(at, MM * each.mass[0], color=GREEN, ls=(0, (1, 1.2)), lw=1.3, label="0.5 g at the tip")
@@ -171,30 +179,22 @@ def misprint_figure(found: Misprints) -> Figure:
         above, end = figure.add_axes((0.075, 0.60, 0.55, 0.34)), figure.add_axes((0.71, 0.60, 0.275, 0.34))
         strain = figure.add_axes((0.075, 0.10, 0.91, 0.36))
         for name, position, colour in named:
-            x, y, z = MM * position.T
-            above.plot(z, y, color=colour, lw=1.8, label=name)
-            end.plot(y, x, color=colour, lw=1.8)
-        for axes in (above, end):
-            axes.set_aspect("equal", adjustable="datalim")
+            for axes, view in ((above, ABOVE), (end, TIP)):
+                axes.plot(*view.project(MM * position).T, color=colour, lw=1.8, label=name)
+        for axes, view in ((above, ABOVE), (end, TIP)):
+            view.prepare(axes).set_aspect("equal", adjustable="datalim")
+        above.legend(loc="lower left")
         for s, u, colour in ((moment.s, moment.u, VERMILION), (right.s, right.u, BLUE), (inertia.s, inertia.u, PURPLE)):
             shown = s <= 12e-3
             strain.plot(MM * s[shown], u[shown, 1], color=colour)
-        labelled(above, "z (mm)", "y (mm)").legend(loc="upper left")
-        labelled(end, "y (mm)", "x (mm)")
         labelled(strain, "s (mm)", "$u_y$ (1/m)")
         for letter, axes, title in (
-            ("a", above, "from above"),
-            ("b", end, "from the tip"),
+            ("a", above, ABOVE.title),
+            ("b", end, TIP.title),
             ("c", strain, "bending towards the tendon, first 12 mm"),
         ):
             titled(axes, letter, title)
     return figure
-
-
-def _from_two_sides(above: Axes, end: Axes, shape: Shape, label: str | None = None, **style) -> None:
-    x, y, z = MM * shape.centerline.T
-    above.plot(z, y, label=label, **style)
-    end.plot(y, x, **style)
 
 
 def _one_scale(grid: Any) -> None:

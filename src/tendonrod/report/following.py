@@ -3,47 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..motion.follow_leader import plan_follow_leader
+from ..motion.follow_leader import PLANNING_ACCURACY, plan_follow_leader
 from ..motion.plan import Plan
 from ..motion.progression import progress
+from ..plot import plan_figure
 from ..robot import Robot
 from . import paper
 from .chapter import Chapter, Number, Picture, Table, interval, mm
+from .figures import tension_figure
+from .results import TOLERANCES, Commanded, Plans
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-TOLERANCES = (0.1e-3, 0.5e-3, 2.0e-3)  # m, of the paper's search; it prints none
+MIDDLE = TOLERANCES[1]
+_MOST = f"{paper.TARGET_TENSIONS[-1]:g} N"
 _STILL = (0.0, 0.0, 0.0)
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Commanded:
-    """What a tension polynomial does when it is commanded: errors of the tip against a plan's reference, m."""
-
-    tension: np.ndarray
-    tip_error: np.ndarray
-    tip_error_at_progress: np.ndarray
-    body_rms: np.ndarray
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Plans:
-    """All plans of the chapter, prototype 1; still: without gravity, heavy: with it; searches: by tolerance (m)."""
-
-    still: tuple[Plan, ...]
-    heavy: tuple[Plan, ...]
-    full: Plan
-    searches: dict[float, Plan]
-    homogenized: Plan
-    fitted: Commanded
-    printed: Commanded
 
 
 def plans(robot: Robot, steps: int, watch: Callable[[str], None]) -> Plans:
@@ -72,17 +52,19 @@ def plans(robot: Robot, steps: int, watch: Callable[[str], None]) -> Plans:
 
 def commanded(plan: Plan, polynomial: np.ndarray) -> Commanded:
     """Errors against the reference of ``plan`` where the tension follows ``polynomial`` (N, highest power first)."""
+    from scipy.integrate import simpson
+
     tension = np.polyval(polynomial, plan.progress)
-    motion = progress(plan.robot, plan.progress, 0.0, tension, samples=65, gravity=plan.gravity)
+    nodes, steps = plan.shapes[0].s.size, plan.shapes[0].steps  # those of the plan, and Simpson's rule as there
+    solved = {"gravity": plan.gravity, "accuracy": PLANNING_ACCURACY, "steps": steps}
+    motion = progress(plan.robot, plan.progress, 0.0, tension, samples=nodes, **solved)
     distances = np.array([plan.reference.project(shape.position).distance for shape in motion.shapes])
     ahead = plan.reference.at(plan.progress * plan.robot.length_na)
-    weights = np.full(65, 1.0)
-    weights[[0, -1]] = 0.5
     return Commanded(
         tension=tension,
         tip_error=distances[:, -1],
         tip_error_at_progress=np.linalg.norm(motion.tip - ahead, axis=1),
-        body_rms=np.sqrt(distances**2 @ weights / weights.sum()),
+        body_rms=np.sqrt(simpson(distances**2, dx=1.0 / (nodes - 1))),
     )
 
 
@@ -102,7 +84,7 @@ def chapter(found: Plans) -> Chapter:
             "sag_share": Number(100 * (1 - best.tension[0] / best.target_tension), 1),
             "rmse": mm(best.tip_rmse, 3),
             "rmse_at_progress": mm(best.tip_rmse_at_progress, 3),
-            "rmse_search": mm(found.searches[TOLERANCES[1]].tip_rmse),
+            "rmse_search": mm(found.searches[MIDDLE].tip_rmse),
             "rmse_printed": mm(rms(found.printed.tip_error)),
             "rmse_printed_at_progress": mm(rms(found.printed.tip_error_at_progress)),
             "rmse_paper": mm(paper.FTL_TIP_RMSE_SIMULATED, 4),
@@ -144,12 +126,12 @@ def _accuracy_table(found: Plans) -> Table:
     named = [
         *((f"<code>tension</code>, {plan.target_tension:g} N, no gravity", plan) for plan in found.still),
         *((f"<code>tension</code>, {plan.target_tension:g} N, gravity", plan) for plan in found.heavy),
-        ("<code>full</code>, 0.7 N, gravity", found.full),
+        (f"<code>full</code>, {_MOST}, gravity", found.full),
         *(
-            (f"<code>paper</code>, tolerance {1e3 * tolerance:g} mm, 0.7 N, gravity", plan)
+            (f"<code>paper</code>, tolerance {1e3 * tolerance:g} mm, {_MOST}, gravity", plan)
             for tolerance, plan in found.searches.items()
         ),
-        ("<code>tension</code>, homogenized torsion, 0.7 N, gravity", found.homogenized),
+        (f"<code>tension</code>, homogenized torsion, {_MOST}, gravity", found.homogenized),
     ]
     rows: list[list[str | Number]] = [
         [
@@ -166,7 +148,7 @@ def _accuracy_table(found: Plans) -> Table:
         ("the paper's polynomial, commanded", found.printed),
     ):
         errors = (mm(rms(run.tip_error), 3), mm(rms(run.tip_error_at_progress), 3), mm(run.body_rms.max(), 3))
-        rows.append([f"{name}, 0.7 N, gravity", *errors, "–"])
+        rows.append([f"{name}, {_MOST}, gravity", *errors, "–"])
     trials = interval((1e3 * trial for trial in paper.FTL_TIP_RMSE_TRIALS), 4)
     for name, value in (
         ("simulation", str(mm(paper.FTL_TIP_RMSE_SIMULATED, 4))),
@@ -189,13 +171,12 @@ def _accuracy_table(found: Plans) -> Table:
 def _fit_table(found: Plans) -> Table:
     rows: list[list[str | Number]] = []
     for plan in (*found.still, *found.heavy):
-        load = "with gravity" if np.any(plan.gravity) else "without"
+        load = "with gravity" if np.any(plan.gravity) else "no gravity"
         rows.append([f"<i>τ</i><sub>des</sub> = {plan.target_tension:g} N, {load}", *_coefficients(plan.polynomial(2))])
-    rows.append(["<code>full</code>, 0.7 N, with gravity", *_coefficients(found.full.polynomial(2))])
-    rows.append(
-        ["<code>paper</code>, 0.5 mm, 0.7 N, with gravity", *_coefficients(found.searches[0.5e-3].polynomial(2))]
-    )
-    rows.append(["<i>the paper's fit, 0.7 N, with gravity</i>", *_coefficients(np.array(paper.FTL_POLYNOMIAL))])
+    rows.append([f"<code>full</code>, {_MOST}, with gravity", *_coefficients(found.full.polynomial(2))])
+    search = f"<code>paper</code>, {1e3 * MIDDLE:g} mm, {_MOST}, with gravity"
+    rows.append([search, *_coefficients(found.searches[MIDDLE].polynomial(2))])
+    rows.append([f"<i>the paper's fit, {_MOST}, with gravity</i>", *_coefficients(np.array(paper.FTL_POLYNOMIAL))])
     return Table(
         name="following-polynomials",
         header=("plan", "<i>a</i> (N)", "<i>b</i> (N)", "<i>c</i> (N)", "<i>τ</i>(0.5) (N)", "<i>τ</i>(1) (N)"),
@@ -210,11 +191,9 @@ def _coefficients(polynomial: np.ndarray) -> list[Number]:
 
 
 def _pictures(found: Plans) -> Sequence[Picture]:
-    from ..plot import plan_figure
-    from .figures import tension_figure
 
-    freedoms = [found.heavy[-1], found.full, found.searches[TOLERANCES[1]]]
-    names = ["tension only", "tension and rotation (full)", "the paper's search (0.5 mm)"]
+    freedoms = [found.heavy[-1], found.full, found.searches[MIDDLE]]
+    names = ["tension only", "tension and rotation (full)", f"the paper's search ({1e3 * MIDDLE:g} mm)"]
     figures: list[tuple[str, Callable[[], Figure]]] = [
         ("following-without-gravity", partial(plan_figure, found.still)),
         ("following-with-gravity", partial(plan_figure, found.heavy)),

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -11,37 +10,17 @@ import numpy as np
 from ..robot import Robot
 from ..rotation import exp_so3
 from ..statics.equilibrium import solve
-from ..statics.tension_limits import tension_limits
 from . import paper
 from .chapter import Cell, Chapter, Number, Picture, Table, interval, listed, mm, short, title_of
+from .devices import limits_of
+from .figures import gravity_figure
+from .results import GravityEffect
 
 TENSIONS = np.linspace(0.0, paper.LARGEST_TENSION, 15)  # N
 MODELS = ("published", "open_section")
 TILT = np.radians(1.0)
 TIP_MASS = 0.5e-3  # kg, of a tracker and its holder
 _G = np.array(paper.GRAVITY)
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class GravityEffect:
-    """One prototype; every array's last axis is the four places s of Table I, lengths in m.
-
-    bound: (4,) what the two model runs must differ by at least. weight: (models, tensions, 4) motion by self-weight.
-    beyond: largest motion of the tip by self-weight up to the plateau, either torsion. tilt: (4,) motion
-    by one degree of base tilt; mass: (models, 4) motion that a mass at the tip adds; both at the largest tension.
-    """
-
-    name: str
-    bound: np.ndarray
-    weight: np.ndarray
-    beyond: float
-    tilt: np.ndarray
-    mass: np.ndarray
-
-    @property
-    def tilt_needed(self) -> float:
-        """Base tilt (degrees) that would move the tip by the bound."""
-        return float(self.bound[-1] / self.tilt[-1])
 
 
 def bounds(name: str) -> np.ndarray:
@@ -82,8 +61,8 @@ def self_weight(robot: Robot, tension: float) -> np.ndarray:
 
 
 def _largest_motion(robot: Robot) -> float:
-    plateau = next(limit.tension for limit in tension_limits(robot) if limit.name == "plateau")
-    return max(self_weight(robot, tension)[-1] for tension in np.linspace(0.0, plateau or paper.LARGEST_TENSION, 25))
+    end = limits_of(robot)["plateau"].tension or paper.LARGEST_TENSION
+    return max(self_weight(robot, tension)[-1] for tension in np.linspace(0.0, end, 25))
 
 
 def _tilted(robot: Robot) -> np.ndarray:
@@ -105,8 +84,6 @@ def _by_tip_mass(robot: Robot) -> np.ndarray:
 
 def chapter(effects: Sequence[GravityEffect]) -> Chapter:
     """Table I with its bounds, what could explain them, and a figure of both."""
-    from .figures import gravity_figure
-
     by_name = {each.name: each for each in effects}
     return Chapter(
         name="gravity",
@@ -186,7 +163,7 @@ def _cause_table(effects: Sequence[GravityEffect]) -> Table:
         header=(
             "",
             "demanded at the tip (mm)",
-            "self-weight, 0 – 0.7 N (mm)",
+            f"self-weight, 0 – {paper.LARGEST_TENSION:g} N (mm)",
             "self-weight, most up to the plateau (mm)",
             "1° of base tilt (mm)",
             "tilt that would do (deg)",

@@ -12,9 +12,9 @@ from math import sin
 
 import numpy as np
 
+from ..device import notched_tube
 from ..errors import NotConverged
 from ..robot import Robot
-from ..section import NotchedTube
 
 SAMPLES = 2001  # enough for the ringing that the printed moment balance causes
 
@@ -141,7 +141,7 @@ def with_printed_moment_term(given: PaperEquations) -> PaperEquations:
 
 def with_printed_inertia(given: PaperEquations, robot: Robot) -> PaperEquations:
     """Kbt from I_x and I_y as printed; their sum, the torsion, is the same."""
-    E = _tube(robot).youngs_modulus
+    E = notched_tube(robot).youngs_modulus
     return replace(given, Kbt=E * np.array([*printed_inertia(robot), sum(printed_inertia(robot))]))
 
 
@@ -152,7 +152,7 @@ def with_weight_at_centroid(given: PaperEquations, robot: Robot) -> PaperEquatio
 
 def printed_inertia(robot: Robot) -> tuple[float, float]:
     """I_x, I_y (m^4) by the paper's formulas, signs of sin(psi) as printed."""
-    tube, section = _tube(robot), robot.section
+    tube, section = notched_tube(robot), robot.section
     q = (tube.outer_radius**4 - tube.inner_radius**4) / 8.0
     psi = tube.uncut_angle
     return (psi + sin(psi)) * q, (psi - sin(psi)) * q - section.A * section.r_na**2
@@ -166,8 +166,3 @@ def base_drift(robot: Robot, insertion: float) -> float:
 def _skew(x: np.ndarray) -> np.ndarray:
     """Matrix of the cross product; in this inner loop several times faster than the batched `rotation.hat`."""
     return np.array([[0.0, -x[2], x[1]], [x[2], 0.0, -x[0]], [-x[1], x[0], 0.0]])
-
-
-def _tube(robot: Robot) -> NotchedTube:
-    assert isinstance(robot.body, NotchedTube)
-    return robot.body

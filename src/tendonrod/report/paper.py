@@ -9,7 +9,6 @@ PROTOTYPES = ("exonav-1", "exonav-2", "exonav-3", "exonav-4")  # section II: pro
 
 GRAVITY = (-9.81, 0.0, 0.0)  # m/s2, II-D: towards -X0, g = 9.81 m/s2
 TARGET_TENSIONS = (0.2, 0.45, 0.7)  # N, tau_des in II-C and Fig. 4
-PROGRESS_STEP = 0.05  # Delta eta, II-C
 MEASURED_AT = (0.25, 0.5, 0.75, 1.0)  # s / L_na of the tracker, III-B and Table I
 LARGEST_TENSION = 0.7  # N, the largest tension that the paper names
 
