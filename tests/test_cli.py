@@ -127,9 +127,23 @@ def test_shape_json_is_the_solved_shape_to_the_last_bit(result, exonav1):
         assert told[name] == getattr(shape, name), name
     assert tuple(told["warnings"]) == shape.warnings
     assert (told["robot"], told["torsion"], told["gravity"]) == ("exonav-1", "published", [-9.81, 0.0, 0.0])
+    assert (told["distributed_force"], told["distributed_moment"]) == ([0.0] * 3, [0.0] * 3)
+    assert (told["units"]["tip"], told["units"]["moment"], told["units"]["u"]) == ("m", "N m", "1/m")
+    assert told["units"].keys() < told.keys()
     assert (told["tip_force"], told["tip_moment"]) == ([0.0, 1e-3, 0.0], [-1e-6, 0.0, 0.0])
     assert told["base_rotation"] == radians(-5.0)
     np.testing.assert_array_equal(told["tendon_path"][0], shape.tendon_path(0))
+
+
+def test_distributed_loads_are_those_of_solve(result, run, exonav1):
+    loads = ("--distributed-force", "0,0.01,0", "--distributed-moment", "0,0,1e-4")
+    s = np.linspace(0.0, exonav1.length_na, 101)
+    shape = tendonrod.solve(exonav1, distributed_force=(0.0, 0.01, 0.0), distributed_moment=(0.0, 0.0, 1e-4), s=s)
+    told = result("shape", "exonav-1", *loads)
+    assert told["tip"] == shape.tip.tolist()
+    assert (told["distributed_force"], told["distributed_moment"]) == ([0.0, 0.01, 0.0], [0.0, 0.0, 1e-4])
+    assert (told["units"]["distributed_force"], told["units"]["distributed_moment"]) == ("N/m", "N")
+    assert "distributed moment" in run("shape", "exonav-1", *loads)[1]
 
 
 def test_torsion_option_is_the_torsion_model(result, exonav1):
@@ -332,6 +346,11 @@ def test_empty_robot_file_and_unknown_preset(refused, tmp_path):
     [
         (("--tension", "-0.1"), "--tension = -0.1: must be >= 0"),
         (("--tension", "nan"), "--tension = nan: must be a finite number >= 0"),
+        (
+            ("--tension", "0,7"),
+            "--tension = 0,7: must be a finite number >= 0, written with a decimal point, not a comma",
+        ),
+        (("--distributed-force", "1"), "--distributed-force = 1: must be 3 finite numbers"),
         (("--tension", "0.7N"), "--tension = '0.7N': must be a finite number >= 0"),
         (
             ("--tension", "0.7", "--tension", "0.2"),
@@ -401,10 +420,13 @@ def test_what_a_robot_cannot_do(refused, tmp_path):
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("", "commands.csv = empty: must be a header and rows: insertion, rotation_deg, tension_n"),
+        ("", "commands.csv = empty: must be a header and rows: insertion, tension_N"),
         ("insertion,tension_n\n", "commands.csv: rows = none: must be given below the header"),
-        ("insertion,rotation_deg\n1,0\n", "commands.csv: column tension_n = missing: must be in the header"),
-        ("insertion,tension\n1,0\n", "column 2 = 'tension': must be one of insertion, rotation_deg, tension_n"),
+        ("insertion,rotation_deg\n1,0\n", "commands.csv: column tension_N = missing: must be in the header"),
+        (
+            "insertion,tension\n1,0\n",
+            "column 2 = 'tension': must be one of insertion, tension_N, rotation_deg, rot",
+        ),
         ("insertion,tension_1_n\n1,0\n", "column 2 = 'tension_1_n': must be one of insertion"),
         ("insertion,tension_n,insertion\n1,0,1\n", "column 3 = 'insertion': must be given once; column 1 has it"),
         ("insertion,rotation_deg,rotation_rad,tension_n\n1,0,0,1\n", "column 3 = 'rotation_rad': must be given once"),
@@ -421,6 +443,22 @@ def test_bad_motion_files(refused, table, text, said):
     line = refused("motion", table(text))
     assert "commands.csv" in line
     assert said in line
+
+
+def test_motion_writes_over_nothing_that_it_reads_or_writes(refused, table, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    text = "insertion,tension_n\n0.5,0.1\n"
+    given = table(text)
+    (tmp_path / "link.csv").symlink_to(given)
+    for option, path in (("--output", "commands.csv"), ("--bodies", given), ("--output", "link.csv")):
+        assert refused("motion", given, option, path) == f"{option} = {path}: must be another file than FILE.csv"
+    line = refused("motion", given, "--output", "new.csv", "--bodies", "./new.csv")
+    assert line == "--bodies = ./new.csv: must be another file than --output"
+    assert (tmp_path / "commands.csv").read_text() == text
+
+
+def test_motion_of_one_step_is_one_step(run, table):
+    assert "m/s2, 1 step\n" in run("motion", table("Insertion,TENSION_N\n1,0.1\n"))[1]
 
 
 def test_missing_motion_file(refused, tmp_path):
@@ -479,6 +517,35 @@ def test_reproduce_says_where_the_report_is(run, tmp_path, monkeypatch):
     assert out.splitlines()[-1] == f"Report: {tmp_path / 'new' / 'place' / 'index.html'}"
 
 
+def test_progress_is_told_in_lines_where_there_is_no_terminal(run, tmp_path, monkeypatch):
+    import tendonrod.cli.output
+    import tendonrod.report
+
+    def reproduce(out, watch):
+        for k in range(3):
+            watch(k + 1, 3, f"part {k + 1}")
+        return out
+
+    monkeypatch.setattr(tendonrod.report, "reproduce", reproduce, raising=False)
+    monkeypatch.setattr(tendonrod.cli.output, "BETWEEN_LINES", 0.0)
+    assert run("reproduce", "--output", tmp_path)[2] == "tendonrod: part 1: 33 %\ntendonrod: part 2: 67 %\n"
+
+
+def test_interrupt_inside_a_callback_is_answered(run, tmp_path, monkeypatch):
+    """There Python reports it and goes on; here it comes again."""
+    import ctypes
+
+    import tendonrod.report
+
+    def reproduce(out, watch):
+        ctypes.CFUNCTYPE(None)(lambda: signal.raise_signal(signal.SIGINT))()
+        time.sleep(20)
+
+    monkeypatch.setattr(tendonrod.report, "reproduce", reproduce, raising=False)
+    status, out, err = run("reproduce", "--output", tmp_path)
+    assert (status, out, err.strip()) == (130, "", "tendonrod: interrupted")
+
+
 # ---- the real process ----
 
 
@@ -492,6 +559,29 @@ def test_process_prints_results_and_errors_apart():
     done = subprocess.run([*COMMAND, "shape", "exonav-1", "--insertion", "2"], capture_output=True, check=False)
     assert (done.returncode, done.stdout) == (2, b"")
     assert done.stderr == b"tendonrod: error: --insertion = 2.0: must be from 0 to 1\n"
+
+
+@pytest.mark.parametrize("arguments", [("robots",), ("robots", "--json"), ("--help",), ("robots", "--help")])
+def test_full_disk_is_one_line(arguments):
+    with open("/dev/full", "wb") as full:
+        done = subprocess.run([*COMMAND, *arguments], stdout=full, stderr=subprocess.PIPE, check=False)
+    assert done.returncode == 1
+    assert done.stderr == b"tendonrod: error: standard output cannot be used: No space left on device\n"
+
+
+def test_interrupt_while_the_commands_are_imported_is_one_line():
+    code = """
+import sys
+from tendonrod import cli
+class Stop:
+    def find_spec(self, name, *_):
+        if name == "typer":
+            raise KeyboardInterrupt
+sys.meta_path.insert(0, Stop())
+sys.exit(cli.main(["robots"]))
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "tendonrod: interrupted\n")
 
 
 def test_process_ends_silently_when_nobody_reads():

@@ -120,8 +120,30 @@ def test_bad_targets_are_refused(tmp_path, write):
         write(ROD, tmp_path / f"pattern{suffix}")
 
 
+def test_a_failing_write_leaves_the_old_file(tmp_path, monkeypatch):
+    def halfway(self, file_obj, *_, **__):
+        file_obj.write_text("half")
+        raise OSError(28, "No space left on device")
+
+    old = tmp_path / "tube.stl"
+    old.write_text("old")
+    monkeypatch.setattr(trimesh.Trimesh, "export", halfway)
+    with pytest.raises(InvalidInput, match=r"path = '.*tube.stl': must be writable: No space left"):
+        write_mesh(short_robot(), old, segments=np.int64(24))
+    assert old.read_text() == "old"
+    assert list(tmp_path.iterdir()) == [old]
+
+
+@pytest.mark.parametrize(("turns", "said"), [(1.0, "1 turn"), (-0.5, "-0.5 turns"), (2.0, "2 turns")])
+def test_note_counts_in_words(tmp_path, turns, said):
+    write_dxf(short_robot().replace(turns=turns), tmp_path / "cut.dxf")
+    drawing = ezdxf.readfile(tmp_path / "cut.dxf")  # pyright: ignore[reportPrivateImportUsage]
+    note: Any = drawing.modelspace().query("MTEXT").first
+    assert f", {said}\\P" in note.text
+
+
 def test_bad_number_of_segments():
-    with pytest.raises(InvalidInput, match="segments = 3: must be an integer >= 12"):
+    with pytest.raises(InvalidInput, match="segments = 3: must be a whole number from 12 to 10000"):
         tube_mesh(short_robot(), 3)
 
 

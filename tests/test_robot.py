@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tendonrod.errors import InvalidInput, NotConverged, vector, within
+from tendonrod.errors import InvalidInput, NotConverged, numbers, vector, whole, within
 from tendonrod.robot import Robot, load_robot, preset_names
 from tendonrod.section import NotchedTube, PlainRod
 from tendonrod.tendon import Tendon
@@ -165,6 +165,28 @@ def test_robots_travel_between_processes():
         assert not twin.section.Kbt.flags.writeable
 
 
+def test_torsion_is_the_tubes_model_or_gj(robot_file):
+    assert load_robot("exonav-1").replace(torsion="open_section").torsion == "open_section"
+    assert load_robot(robot_file(ROD)).torsion == "GJ"
+
+
+def test_rod_constants_are_the_sections_and_the_farthest_tendon(robot_file):
+    robot = load_robot(robot_file(ROD))
+    section = robot.section
+    expected = [*section.Kse, *section.Kbt, *section.v_star, *section.u_star, 0.01506]
+    np.testing.assert_allclose(robot.rod_constants, expected, rtol=1e-15)
+    assert robot.rod_constants is robot.rod_constants
+    assert robot.rod_constants.flags.writeable
+    assert robot.replace(tendons=()).rod_constants[-1] == 0.0
+
+
+def test_what_contradicts_itself_or_is_no_mapping_is_refused():
+    with pytest.raises(InvalidInput, match=r"tendon_radius = 4e-05: must be left out where tendons is given"):
+        PRESET.replace(tendon_radius=4e-5, tendons=PRESET.tendons)
+    with pytest.raises(InvalidInput, match=r"sources = 3: must be a mapping"):
+        Robot(name="x", body=PRESET.body, sources=3)
+
+
 def test_tendons_that_do_not_fit_are_refused():
     robot = load_robot("exonav-1")
     rod = PlainRod(length=0.1, radius=1e-3, youngs_modulus=1e9, shear_modulus=1e9, density=1.0)
@@ -197,7 +219,7 @@ BAD_FILES = [
     (TUBE.replace("length_mm = 75.4", ""), "mine.toml: tube.length_mm = missing: must be given"),
     (TUBE.replace('"published"', '"soft"'), "mine.toml: material.torsion = 'soft': must be one of published, open"),
     (TUBE.replace('"published"', '"homogenized"'), "mine.toml: material.stiffness_factors = missing: must be given"),
-    (TUBE + "end_mm = 80", "mine.toml: tendons[0].end_mm = 80.0: must be > 0 and <= L_na = 0.0754"),
+    (TUBE + "end_mm = 80", "mine.toml: tendons[0].end_mm = 80.0: must be > 0 and <= L_na = 75.4566 mm"),
     (TUBE.replace("0.05", "0.5"), "mine.toml: tendons[0].radius_mm = 0.5: must be < inner_radius_mm = 0.457"),
     (TUBE.replace("opposite_backbone", "loose"), "mine.toml: tendons[0].routing = 'loose': must be one of opposite_"),
     (TUBE.replace("opposite_backbone", "constant"), "mine.toml: tendons[0].x_mm = missing: must be a finite number"),
@@ -211,6 +233,19 @@ BAD_FILES = [
     (ROD.replace('"constant"', '"opposite_backbone"'), "mine.toml: tendons[0].radius_mm = missing: must be > 0"),
     (ROD + "[tube]", "mine.toml: body = [tube] and [rod]: must be a robot"),
     (b"\xff\xfe", "robot file = "),
+    (TUBE.replace("75.4", "75.4e6"), "mine.toml: tube.length_mm = 75400000.0: must be <= 100000 mm"),
+    (
+        TUBE.replace("gpa = 75", "gpa = 75e9"),
+        "mine.toml: material.youngs_modulus_gpa = 75000000000.0: must be <= 2000",
+    ),
+    (
+        TUBE.replace("turns = 1", "turns = -1001"),
+        "mine.toml: notches.turns = -1001.0: must be from -1000 to 1000",
+    ),
+    (
+        TUBE.replace("m3 = 6255", "m3 = 6.255e6"),
+        "mine.toml: material.density_kg_m3 = 6255000.0: must be <= 30000 kg",
+    ),
 ]
 
 
@@ -230,6 +265,12 @@ def test_what_is_no_robot_lists_the_presets(name):
         load_robot(name)
 
 
+@pytest.mark.parametrize("name", ["exonav1", "ExoNav-1", "exonav_1"])
+def test_a_misspelt_preset_is_guessed(name):
+    with pytest.raises(InvalidInput, match=r"did you mean exonav-1\?$"):
+        load_robot(name)
+
+
 def test_a_byte_order_mark_is_no_error(robot_file):
     assert load_robot(robot_file(b"\xef\xbb\xbf" + TUBE.encode())).name == "mine"
 
@@ -242,6 +283,67 @@ def test_checks_of_numbers():
     for bad in (1.5, float("nan"), True, "1", None):
         with pytest.raises(InvalidInput, match=r"insertion = .*: must be from 0 to 1"):
             within("insertion", bad, 0.0, 1.0)
+
+
+@pytest.mark.parametrize("good", [2, np.int64(2), np.array(2), np.uint8(2)])
+def test_whole_numbers(good):
+    found = whole("n", good, 1, 5)
+    assert (found, type(found)) == (2, int)
+
+
+@pytest.mark.parametrize("bad", [0, 6, 2.0, True, np.True_, "2", None, float("nan"), np.array([2])])
+def test_what_is_no_whole_number_in_range(bad):
+    with pytest.raises(InvalidInput, match=r"n = .*: must be a whole number from 1 to 5"):
+        whole("n", bad, 1, 5)
+
+
+def test_whole_number_without_upper_bound():
+    assert whole("n", 10**6, 1) == 10**6
+    with pytest.raises(InvalidInput, match="n = 0: must be a whole number >= 1"):
+        whole("n", 0, 1)
+
+
+@pytest.mark.parametrize("good", [[1, 2.5], (1, np.float64(2.5)), np.array([1, 2.5])])
+def test_arrays_of_numbers(good):
+    array = numbers("q", good)
+    np.testing.assert_array_equal(array, [1.0, 2.5])
+    assert array is not good
+    assert array.dtype == float
+
+
+@pytest.mark.parametrize(
+    ("bad", "said"),
+    [
+        (["0.5"], "q[0] = '0.5': must be a finite number"),
+        ([1.0, True], "q[1] = True: must be a finite number"),
+        (np.array([False]), "q[0] = False: must be a finite number"),
+        ([[1.0, 2.0], [3.0, float("nan")]], "q[1][1] = nan: must be a finite number"),
+        ([[1.0], [2.0, 3.0]], "q = [[1.0], [2.0, 3.0]]: must be a sequence of finite numbers or rows"),
+        (0.5, "q = 0.5: must be a sequence of finite numbers or rows"),
+        ("abc", "q = 'abc': must be a sequence"),
+        ([1j], "q[0] = 1j: must be a finite number"),
+    ],
+)
+def test_what_is_no_array_of_numbers(bad, said):
+    with pytest.raises(InvalidInput) as caught:
+        numbers("q", bad, (1, 2))
+    assert str(caught.value).startswith(said)
+
+
+def test_messages_show_plain_numbers():
+    assert str(InvalidInput("a", [np.float64(1.5), (np.int64(2),)], "b")) == "a = [1.5, (2,)]: must be b"
+    with pytest.raises(InvalidInput, match=r"t = \[\[0.7\]\]: must be a vector of 1 finite number$"):
+        vector("t", [[0.7]], 1)
+    with pytest.raises(InvalidInput, match=r"from 0 to 0\.0754566$"):
+        within("s", 1.0, 0.0, 0.07545661908)
+
+
+@pytest.mark.parametrize("nothing", [0.0, float("nan"), float("inf")])
+def test_not_converged_says_only_what_is_known(nothing):
+    error = NotConverged(status="No equilibrium.", load_factor=0.0, residual=nothing, advice="pull less")
+    assert str(error) == "No equilibrium; reached none of the load; pull less"
+    error = NotConverged(status="No equilibrium.", load_factor=0.5, residual=0.01, advice="pull less")
+    assert str(error) == "No equilibrium; reached 0.5 of the load, scaled residual 0.01; pull less"
 
 
 def test_errors_travel_between_processes():

@@ -8,13 +8,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import floor, pi
-from os import PathLike, fspath
-from pathlib import Path
+from os import PathLike
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .errors import InvalidInput
+from .errors import InvalidInput, whole
+from .files import complete, file_name
 from .robot import Robot
 from .section import NotchedTube
 
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from trimesh import Trimesh
 
 MM = 1e3
+MOST_SEGMENTS = 10_000
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -79,7 +80,7 @@ def write_dxf(robot: Robot, path: str | PathLike[str]) -> None:
     A notch that crosses the seam theta = 0 is two closed polylines. Layers: NOTCHES, OUTLINE, NOTE.
     Raises `InvalidInput` for a plain rod, a suffix other than .dxf, or a path that can't be written.
     """
-    tube, target = notched_tube(robot), _target(path, ".dxf")
+    tube, target = notched_tube(robot), file_name("path", path, (".dxf",))
     from ezdxf import units
     from ezdxf.filemanagement import new
 
@@ -96,7 +97,8 @@ def write_dxf(robot: Robot, path: str | PathLike[str]) -> None:
             sheet.add_lwpolyline(corners, close=True, dxfattribs={"layer": "NOTCHES"})
     note = sheet.add_mtext(_note(robot.name, tube, len(pattern)), dxfattribs={"layer": "NOTE", "char_height": 0.5})
     note.set_location((2.0 * pi * r + 1.0, length))
-    _write(target, drawing.saveas)
+    with complete("path", target) as draft:
+        drawing.saveas(draft)
 
 
 def _unwrapped(notch: Notch) -> list[tuple[float, float]]:
@@ -113,23 +115,23 @@ def _rectangle(x0: float, x1: float, y0: float, y1: float) -> list[tuple[float, 
 def _note(name: str, tube: NotchedTube, count: int) -> str:
     r_o, r_i, length = MM * tube.outer_radius, MM * tube.inner_radius, MM * tube.length
     w, d, psi = MM * tube.notch_width, MM * tube.notch_spacing, np.degrees(tube.uncut_angle)
+    notches, turns = ("notch" if count == 1 else "notches"), ("turn" if abs(tube.turns) == 1.0 else "turns")
     lines = (
         f"{name}: unrolled at the outer radius, seen from outside; millimetres",
         f"x = r_out theta, y = z; tube diameters {2 * r_o:.4g} and {2 * r_i:.4g}, length {length:.5g}",
-        f"{count} notches: width {w:.4g}, spacing {d:.4g}, uncut arc {psi:.5g} deg, {tube.turns:.4g} turns",
+        f"{count} {notches}: width {w:.4g}, spacing {d:.4g}, uncut arc {psi:.5g} deg, {tube.turns:.4g} {turns}",
         "a notch across the seam is drawn as two closed outlines",
     )
     return "\\P".join(lines)
 
 
 def tube_mesh(robot: Robot, segments: int = 128) -> Trimesh:
-    """The notched tube as a watertight mesh in metres, circles of ``segments`` (>= 12) edges.
+    """The notched tube as a watertight mesh in metres, circles of ``segments`` (12 to 10,000) edges.
 
     Raises `InvalidInput` for a plain rod.
     """
     tube = notched_tube(robot)
-    if isinstance(segments, bool) or not isinstance(segments, int) or segments < 12:
-        raise InvalidInput("segments", segments, "an integer >= 12")
+    segments = whole("segments", segments, 12, MOST_SEGMENTS)
     from manifold3d import CrossSection, Manifold, OpType
     from trimesh import Trimesh
 
@@ -163,22 +165,8 @@ def _sector(tube: NotchedTube, radius: float, segments: int) -> np.ndarray:
 def write_mesh(robot: Robot, path: str | PathLike[str], segments: int = 128) -> None:
     """Write `tube_mesh` as STL in millimetres. Raises `InvalidInput` as `write_dxf` does, the suffix being .stl."""
     notched_tube(robot)
-    target = _target(path, ".stl")
+    target = file_name("path", path, (".stl",))
     mesh = tube_mesh(robot, segments)
     mesh.apply_scale(MM)
-    _write(target, mesh.export)
-
-
-def _target(path: str | PathLike[str], suffix: str) -> Path:
-    if not isinstance(path, (str, PathLike)) or Path(path).suffix.lower() != suffix:
-        raise InvalidInput(
-            "path", fspath(path) if isinstance(path, PathLike) else path, f"a file name that ends in {suffix}"
-        )
-    return Path(path)
-
-
-def _write(path: Path, write) -> None:
-    try:
-        write(path)
-    except OSError as error:
-        raise InvalidInput("path", str(path), f"writable: {error.strerror or error}") from None
+    with complete("path", target) as draft:
+        mesh.export(draft)

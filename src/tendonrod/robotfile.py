@@ -9,8 +9,9 @@ from __future__ import annotations
 import re
 import tomllib
 from decimal import Decimal
+from difflib import get_close_matches
 from importlib.resources import files
-from math import radians
+from math import inf, radians
 from os import PathLike, fspath
 from pathlib import Path
 from typing import Annotated, Any, get_args
@@ -32,6 +33,15 @@ def _shifted(digits: int):
 
 _TO_SI = {"mm": _shifted(-3), "mm2": _shifted(-6), "mm4": _shifted(-12), "gpa": _shifted(9), "deg": radians}
 _SHAPE = "a robot: name, then [tube], [notches] and [material], or [rod] and [material]; [[tendons]] as needed"
+
+
+# What no robot has: beyond it a number was most likely written in another unit, which the message therefore names.
+_PLAUSIBLE = {
+    "mm": (1e5, "<= 100000 mm"),
+    "gpa": (2000.0, "<= 2000 GPa; 1 GPa is 1e9 Pa"),
+    "density_kg_m3": (30_000.0, "<= 30000 kg/m3"),
+    "turns": (1000.0, "from -1000 to 1000 turns over the whole length"),
+}
 
 
 class _Table(BaseModel):
@@ -120,6 +130,8 @@ def read_robot(source: str | PathLike[str]) -> Robot:
 
 def _text(name: str) -> str:
     presets = ", ".join(preset_names())
+    if not name.strip():
+        raise InvalidInput("robot", name, f"a preset ({presets}) or the path of a robot file")
     try:
         return Path(name).read_bytes().decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -128,7 +140,9 @@ def _text(name: str) -> str:
         raise InvalidInput("robot", name, f"a file, not a directory, or one of the presets {presets}") from None
     except (FileNotFoundError, ValueError):
         kind = "an existing TOML file" if Path(name).suffix or Path(name).name != name else "a preset or a TOML file"
-        raise InvalidInput("robot", name, f"{kind}; the presets are {presets}") from None
+        near = get_close_matches(name.lower(), preset_names(), n=1, cutoff=0.8)
+        hint = f"; did you mean {near[0]}?" if near else ""
+        raise InvalidInput("robot", name, f"{kind}; the presets are {presets}{hint}") from None
     except OSError as error:
         raise InvalidInput("robot file", name, f"readable: {error.strerror}") from None
 
@@ -163,6 +177,7 @@ def _robot(name: str, document: dict[str, Any]) -> Robot:
     except ValidationError as error:
         raise _key_error(name, model, error) from None
     _check_sources(name, document)
+    _check_plausible(name, document, checked)
     return _built(name, checked)
 
 
@@ -233,6 +248,7 @@ def _in_file_words(
 
     key = keys.get(error.field)
     allowed = re.sub(r"\b([a-z_]+) = ([-+.\de]+)", as_in_file, error.allowed)
+    allowed = re.sub(r"\bL_na = ([-+.\de]+) m\b", lambda found: f"L_na = {1e3 * float(found[1]):.6g} mm", allowed)
     if key is None:
         where = error.field.replace("stiffness_factors", "material.stiffness_factors")
         return InvalidInput(f"{name}{joint}{where}", error.value, allowed)
@@ -284,6 +300,17 @@ def _check_sources(name: str, document: dict[str, Any]) -> None:
     for key, text in document.get("sources", {}).items():
         if key not in known:
             raise InvalidInput(f"{name}: sources.{key}", text, "under a key that this file gives a value")
+
+
+def _check_plausible(name: str, document: dict[str, Any], checked: BaseModel) -> None:
+    for key in _leaves({table: values for table, values in document.items() if table != "sources"}):
+        word = key.rpartition(".")[2]
+        most, allowed = _PLAUSIBLE.get(word) or _PLAUSIBLE.get(word.rpartition("_")[2]) or (inf, "")
+        if word.endswith("_gpa") and "tube" not in document:
+            continue  # rods of textbooks come in units of their own
+        value = _at(checked, key)
+        if isinstance(value, float) and abs(value) > most:
+            raise InvalidInput(f"{name}: {key}", value, allowed)
 
 
 def _leaves(node: Any, path: str = ""):

@@ -1,10 +1,9 @@
 """Rotations and rigid motions: hat, exponential and logarithm of SO(3) and SE(3).
 
-Leading axes are batch axes. Vectors of SO(3) are rotation vectors (rad); twists of SE(3) are (translation, rotation),
-and
-``exp_se3(twist)`` is the pose after unit time at that constant body twist, so p' = R v, R' = R u^ give exp(s (v, u)).
-Series replace the closed forms near the identity, so that both are exact to rounding there (Murray, Li, Sastry 1994,
-2.3).
+Leading axes are batch axes. Vectors of SO(3) are rotation vectors (rad); twists of SE(3) are (translation, rotation)
+and ``exp_se3(twist)`` is the pose after unit time at that constant body twist, so p' = R v, R' = R u^ give
+exp(s (v, u)). Series replace the closed forms near the identity, so that both are exact to rounding there (Murray, Li,
+Sastry 1994, 2.3).
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Cross sections: from a notched tube or a plain rod to the constants that the rod mechanics needs.
 
 The section frame has its origin on the neutral axis; x points from the neutral axis to the tube's axis, away from the
-uncut arc, and z along the tube. SI units. Formulas: the paper's section II-B as corrected by docs (I_x, I_y).
+uncut arc, and z along the tube. SI units. Formulas: the paper's section II-B, I_x and I_y corrected (docs).
 """
 
 from __future__ import annotations
@@ -81,10 +81,14 @@ class Section:
 class NotchedTube:
     """A tube with asymmetric notches whose uncut arc winds ``turns`` times around the axis over ``length`` (paper, II).
 
-    inner_radius, outer_radius, length, notch_width (w), notch_spacing (d): m. uncut_angle (psi): rad, in (0, 2 pi).
-    turns: any finite number, right-handed positive, 0 for straight notches. youngs_modulus, shear_modulus: Pa.
-    density: kg/m^3. torsion: "published" E(I_x+I_y), "open_section" G psi r_m t^3/3, or "homogenized", which scales EA,
-    EI_x, EI_y and the open section's torsion by ``stiffness_factors``. Raises `InvalidInput` by field name.
+    - inner_radius, outer_radius, length, notch_width (w), notch_spacing (d): m.
+    - uncut_angle (psi): rad, in (0, 2 pi).
+    - turns: any finite number, right-handed positive, 0 for straight notches.
+    - youngs_modulus, shear_modulus: Pa; density: kg/m^3.
+    - torsion: "published" E(I_x+I_y), "open_section" G psi r_m t^3/3, or "homogenized", which scales EA, EI_x, EI_y and
+      the open section's torsion by ``stiffness_factors``.
+
+    Raises `InvalidInput` by field name.
     """
 
     inner_radius: float
@@ -154,7 +158,7 @@ class NotchedTube:
 
     @property
     def mass_centroid_offset(self) -> float:
-        """x (m) of the cell's mass centroid in the section frame: the full rings pull it towards the tube's axis."""
+        """x (m) of the cell's mass centroid in the section frame; the full rings pull it towards the tube's axis."""
         ring, arc = pi * self.notch_spacing, 0.5 * self.uncut_angle * self.notch_width
         return self._arc[1] * ring / (ring + arc)
 
@@ -215,9 +219,12 @@ class NotchedTube:
 class PlainRod:
     """A rod without notches; the neutral axis is its axis (r_na = 0), torsion stiffness GJ.
 
-    Either ``radius`` (m, solid circle) or all of ``area`` (m^2), ``ix``, ``iy``, ``j`` (m^4). length: m.
-    youngs_modulus, shear_modulus: Pa. density: kg/m^3. precurvature: u* (1/m), three numbers. Raises `InvalidInput`
-    by field name.
+    - length: m.
+    - Either ``radius`` (m, solid circle) or all of ``area`` (m^2), ``ix``, ``iy``, ``j`` (m^4).
+    - youngs_modulus, shear_modulus: Pa; density: kg/m^3.
+    - precurvature: u* (1/m), three numbers.
+
+    Raises `InvalidInput` by field name.
     """
 
     length: float
@@ -265,7 +272,7 @@ class PlainRod:
 
     @property
     def mass_centroid_offset(self) -> float:
-        """0: the mass centroid lies on the neutral axis."""
+        """Zero, since the mass centroid lies on the neutral axis."""
         return 0.0
 
     def fibre_strain(self, du_x, du_y, de_z):

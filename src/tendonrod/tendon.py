@@ -23,8 +23,8 @@ ROUTINGS = {
 class Tendon:
     """A tendon as its user describes it; build it with `opposite_backbone`, `constant` or `helical`.
 
-    radius: m. x, y, offset: m from the neutral axis. angle: rad. turns: over the whole body, right-handed positive.
-    end: material coordinate (m, in (0, L_na]) where the tendon is anchored, None for the tip.
+    - radius: m; x, y, offset: m from the neutral axis; angle: rad; turns: over the whole body, right-handed positive.
+    - end: material coordinate (m, in (0, L_na]) where the tendon is anchored, None for the tip.
     """
 
     routing: str
@@ -78,7 +78,7 @@ class Tendon:
         L_na = body.section.L_na
         end = L_na if self.end is None else self.end
         if end > L_na:
-            raise InvalidInput(f"{field}.end", end, f"> 0 and <= L_na = {L_na!r} m")
+            raise InvalidInput(f"{field}.end", end, f"> 0 and <= L_na = {L_na:.6g} m")
         if self.routing == "helical":
             return 0.0, 0.0, self.offset or 0.0, self.angle or 0.0, 2.0 * pi * (self.turns or 0.0) / L_na, end
         if self.routing == "constant":

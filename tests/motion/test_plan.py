@@ -108,6 +108,9 @@ def test_json_round_trip(tmp_path):
     np.testing.assert_array_equal(document["reference"]["position"], found.reference.points)
     np.testing.assert_array_equal(document["polynomial"], found.polynomial(2))
     assert document["tip_rmse"] == found.tip_rmse
+    units = document["units"]
+    assert (units["tension"], units["rotation"], units["body_rms"]) == ("N", "rad", "m")
+    assert {name for name, value in document.items() if not isinstance(value, str)} == units.keys() | {"units"}
 
 
 def test_other_files_are_refused(tmp_path):
@@ -115,6 +118,31 @@ def test_other_files_are_refused(tmp_path):
         with pytest.raises(InvalidInput, match=r"must be a file name that ends in \.csv or \.json"):
             plan().write(tmp_path / name)
         assert not (tmp_path / name).exists()
+
+
+@pytest.mark.parametrize("stop", [OSError(28, "No space left on device"), KeyboardInterrupt()])
+def test_a_failing_write_leaves_the_old_file(tmp_path, monkeypatch, stop):
+    def halfway(self, file):
+        file.write("half")
+        raise stop
+
+    monkeypatch.setattr(Plan, "_write_table", halfway)
+    old = tmp_path / "plan.csv"
+    old.write_text("old")
+    with pytest.raises((InvalidInput, KeyboardInterrupt)) as caught:
+        plan(steps=2).write(old)
+    if isinstance(stop, OSError):
+        assert str(caught.value) == f"path = '{old}': must be writable: No space left on device"
+    assert old.read_text() == "old"
+    assert list(tmp_path.iterdir()) == [old]
+
+
+def test_a_link_stays_a_link(tmp_path):
+    real, link = tmp_path / "real.csv", tmp_path / "link.csv"
+    link.symlink_to(real)
+    assert plan(steps=2).write(link) == link
+    assert link.is_symlink()
+    assert real.read_text().startswith("progress,")
 
 
 # ---- polynomial and its edges ----

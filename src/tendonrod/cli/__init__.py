@@ -1,113 +1,95 @@
 """The command line: `tendonrod robots | shape | motion | ftl | reproduce`.
 
-Results go to standard output, everything else to standard error. Exit status: 0 done; 1 a solve did not converge;
-2 bad input or usage, said in one line; 130 interrupted; 141 the reader of the output went away.
+Results go to standard output, everything else to standard error. Exit status: 0 done; 1 a solve did not converge or the
+output could not be written; 2 bad input or usage, said in one line; 130 interrupted; 141 the reader of the output went
+away.
 """
 
 from __future__ import annotations
 
 import contextlib
+import os
 import sys
-from collections.abc import Sequence
-from typing import Annotated
-
-import typer
-from typer.core import TyperCommand
+from collections.abc import Iterator, Sequence
 
 from ..errors import InvalidInput, TendonrodError
-from .failure import UsageError, as_invalid_input
-from .ftl import ftl
-from .motion import motion
-from .output import interrupted, note, say
-from .reproduce import reproduce
-from .robots import robots
-from .shape import shape
-
-
-class _Command(TyperCommand):
-    def collect_usage_pieces(self, ctx):
-        return [piece.strip("{}") for piece in super().collect_usage_pieces(ctx)]
-
-
-app = typer.Typer(
-    name="tendonrod",
-    add_completion=False,
-    rich_markup_mode=None,
-    pretty_exceptions_enable=False,
-    context_settings={"help_option_names": ["-h", "--help"]},
-)
-COMMANDS = {
-    robots: (
-        "tendonrod robots exonav-1 --torsion open_section",
-        "tendonrod robots my-robot.toml --figure device.png --notch-pattern cut.dxf",
-    ),
-    shape: (
-        "tendonrod shape exonav-1 --tension 0.7 --gravity -9.81,0,0",
-        "tendonrod shape four-tendons.toml --tension 15 --tension 0 --tension 0 --tension 0 --json",
-    ),
-    motion: (
-        "tendonrod ftl exonav-1 --target 0.7 --gravity -9.81,0,0 --output plan.csv",
-        "tendonrod motion plan.csv --robot exonav-1 --gravity -9.81,0,0 --figure motion.png",
-    ),
-    ftl: (
-        "tendonrod ftl exonav-1 --target 0.7 --gravity -9.81,0,0 --output plan.csv",
-        "tendonrod ftl exonav-1 --target 0.7 --gravity -9.81,0,0 --freedom full --json",
-    ),
-    reproduce: ("tendonrod reproduce --output /tmp/paper",),
-}
-for command, examples in COMMANDS.items():
-    app.command(cls=_Command, epilog="\b\nExamples:\n" + "\n".join(f"  {line}" for line in examples))(command)
-
-
-def _version(wanted: bool) -> None:
-    if wanted:
-        from .. import __version__
-
-        say(f"tendonrod {__version__}")
-        raise typer.Exit()
-
-
-@app.callback(
-    invoke_without_command=True,
-    epilog="\b\nExamples:\n  tendonrod robots\n  tendonrod shape exonav-1 --tension 0.7 --gravity -9.81,0,0\n"
-    "  tendonrod COMMAND --help",
-)
-def _front(
-    context: typer.Context,
-    version: Annotated[
-        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version and exit.")
-    ] = False,
-) -> None:
-    """Tendon-driven continuum robots: shapes, progressive motion and follow-the-leader plans.
-
-    ROBOT is a preset (see: tendonrod robots) or the path of a TOML file of the same form. Vectors are in the world
-    frame, written with commas and no spaces: -9.81,0,0. Exit status 0: done; 1: no equilibrium found; 2: bad input.
-    """
-    if context.invoked_subcommand is None:
-        say(context.get_help())
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line with ``arguments`` (those of the process if None) and return its exit status."""
     given = list(sys.argv[1:] if arguments is None else arguments)
+    if sys.stderr is None:
+        sys.stderr = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115 - for the rest of the process
+    if sys.stdout is None:
+        return _failed("error: standard output is closed", 1)
+    try:
+        with _streams(), _interrupts_reach_us():
+            return _run(given)
+    except KeyboardInterrupt:
+        return _failed("interrupted", 130)
+
+
+def _run(given: list[str]) -> int:
+    import typer  # here and not above, so that an interrupt while it is imported is answered too
+
+    from .app import app
+    from .failure import UsageError, as_invalid_input
+
+    try:
+        status = typer.main.get_command(app).main(args=given, prog_name="tendonrod", standalone_mode=False)
+    except UsageError as error:
+        return _failed(f"error: {as_invalid_input(error)}", 2)
+    except InvalidInput as error:
+        return _failed(f"error: {error}", 2)
+    except TendonrodError as error:
+        return _failed(f"error: {error}", 1)
+    except typer.Abort:
+        return _failed("interrupted", 130)
+    except OSError as error:
+        return _failed(f"error: {error.filename or 'standard output'} cannot be used: {error.strerror or error}", 1)
+    except SystemExit as error:  # typer's own answer to a closed pipe
+        return int(error.code or 0)
+    return _failed("interrupted", 130) if status == 130 else int(status or 0)
+
+
+def _failed(text: str, status: int) -> int:
+    from .output import note
+
+    note(" ".join(text.split()))
+    return status
+
+
+@contextlib.contextmanager
+def _streams() -> Iterator[None]:
+    """Streams that show names which the terminal cannot; what a broken one still holds stays unsaid."""
     for stream in (sys.stdout, sys.stderr):
         with contextlib.suppress(AttributeError):
             stream.reconfigure(errors="backslashreplace")  # pyright: ignore - a name the terminal cannot show
     try:
-        status = typer.main.get_command(app).main(args=given, prog_name="tendonrod", standalone_mode=False)
-    except UsageError as error:
-        return _failed(as_invalid_input(error), 2)
-    except InvalidInput as error:
-        return _failed(error, 2)
-    except TendonrodError as error:
-        return _failed(error, 1)
-    except (KeyboardInterrupt, typer.Abort):
-        return interrupted()
-    except SystemExit as error:  # typer's own answer to a closed pipe
-        return int(error.code or 0)
-    return interrupted() if status == 130 else int(status or 0)
+        yield
+    finally:
+        from .output import flush_or_drop
+
+        flush_or_drop(sys.stdout)
+        flush_or_drop(sys.stderr)
 
 
-def _failed(error: Exception, status: int) -> int:
-    note(f"error: {' '.join(str(error).split())}")
-    return status
+@contextlib.contextmanager
+def _interrupts_reach_us() -> Iterator[None]:
+    """An interrupt that comes inside a callback from C, where Python can only report it, is sent once more."""
+    import _thread
+    import threading
+
+    before = sys.unraisablehook
+
+    def again(found) -> None:
+        if issubclass(found.exc_type, KeyboardInterrupt):
+            threading.Timer(0.02, _thread.interrupt_main).start()
+        else:
+            before(found)
+
+    sys.unraisablehook = again
+    try:
+        yield
+    finally:
+        sys.unraisablehook = before

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from .. import errors
 from ..errors import Fact, InvalidInput, finite, nonnegative, one_of
 
 if TYPE_CHECKING:
@@ -24,7 +25,13 @@ Figure = Annotated[str | None, typer.Option(metavar="FILE", help="Draw to a .png
 
 def number(option: str, text: str, check: Callable[..., float] = finite, *bounds: float) -> float:
     """``text`` as a number that passes ``check``, one of those in `tendonrod.errors`."""
-    return check(option, _number_or_text(text), *bounds)
+    try:
+        return check(option, _number_or_text(text), *bounds)
+    except InvalidInput as error:
+        if not isinstance(_number_or_text(text.replace(",", ".")), float) or "," not in text:
+            raise
+        allowed = f"{error.allowed}, written with a decimal point, not a comma"
+        raise InvalidInput(option, Fact(text), allowed) from None
 
 
 def whole(option: str, text: str, low: int, high: int) -> int:
@@ -32,10 +39,8 @@ def whole(option: str, text: str, low: int, high: int) -> int:
     try:
         value = int(text)
     except ValueError:
-        value = low - 1
-    if not low <= value <= high:
-        raise InvalidInput(option, _typed(text), f"a whole number from {low} to {high}")
-    return value
+        value = _typed(text)
+    return errors.whole(option, value, low, high)
 
 
 def vector(option: str, text: str) -> tuple[float, float, float]:
@@ -76,11 +81,6 @@ def chosen_robot(source: str, torsion: str | None = None) -> Robot:
             raise
         needed = f"published or open_section: {robot.name} has no [material.stiffness_factors]"
         raise InvalidInput("--torsion", Fact(torsion), needed) from None
-
-
-def torsion_of(robot: Robot) -> str:
-    """Name of the torsion model; GJ for a plain rod."""
-    return getattr(robot.body, "torsion", "GJ")
 
 
 def _number_or_text(text: str) -> Any:

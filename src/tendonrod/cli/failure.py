@@ -10,7 +10,7 @@ import typer
 
 from ..errors import MISSING, Fact, InvalidInput
 
-# Typer 0.26 and later bring their own copy of click; either way this is the class above BadParameter.
+# Typer brings its own click, of whose errors it exports only some; UsageError is the class above BadParameter.
 UsageError: Any = typer.BadParameter.__base__
 
 

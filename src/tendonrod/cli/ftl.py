@@ -9,7 +9,7 @@ import typer
 
 from ..errors import Fact, InvalidInput, nonnegative, one_of, positive
 from . import output
-from .arguments import Figure, Gravity, Json, RobotName, Torsion, chosen_robot, number, torsion_of, vector, whole
+from .arguments import Figure, Gravity, Json, RobotName, Torsion, chosen_robot, number, vector, whole
 from .shape import listed
 
 if TYPE_CHECKING:
@@ -53,7 +53,7 @@ def ftl(
     """Plan follow-the-leader motion: body along the tip's path.
 
     ROBOT: a preset, or the path of a robot's TOML file. The reference is the neutral axis at full insertion and
-    --target; distances are from the exposed body to that curve. A plan's .csv can be run with tendonrod motion.
+    --target; distances are from the exposed body to that curve. A plan's .csv is read by tendonrod motion.
     """
     one_of("--freedom", freedom, ("tension", "full", "paper"))
     search = {}
@@ -76,8 +76,8 @@ def ftl(
     with output.progress_bar("planning") as watch:
         plan = plan_follow_leader(chosen, tau, pull, steps=count, freedom=freedom, watch=watch, **search)
     if file is not None:
-        with output.written("--output", file) as draft:
-            plan.write(draft)
+        with output.written("--output", file):
+            plan.write(file)
     if picture is not None:
         from ..plot import plan_figure
 
@@ -86,7 +86,7 @@ def ftl(
         output.say_json(plan.to_dict())
     else:
         output.say(_page(plan))
-    output.warn_steps("p =", [f"{eta:.4g}" for eta in plan.progress], [shape.warnings for shape in plan.shapes])
+    output.warn_steps("p =", [f"{eta:.4g}" for eta in plan.progress], plan.warnings)
 
 
 def _page(plan: Plan) -> str:
@@ -102,7 +102,7 @@ def _page(plan: Plan) -> str:
     return "\n\n".join(
         [
             output.heading(
-                f"{plan.robot.name}, torsion {torsion_of(plan.robot)}, target {plan.target_tension:g} N, "
+                f"{plan.robot.name}, torsion {plan.robot.torsion}, target {plan.target_tension:g} N, "
                 f"gravity ({listed(plan.gravity)}) m/s2, {plan.freedom}"
             ),
             output.table(columns, rows),

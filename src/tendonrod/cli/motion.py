@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-import csv
+import os
 from math import degrees
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from ..errors import Fact, InvalidInput
 from . import output
-from .arguments import Figure, Gravity, Json, Torsion, chosen_robot, torsion_of, vector, whole
+from .arguments import Figure, Gravity, Json, Torsion, chosen_robot, vector, whole
 from .motion_file import read_commands, tension_columns
-from .shape import MOST_SAMPLES, as_dict, listed
+from .shape import BODY_UNITS, MOST_SAMPLES, as_dict, listed
 
 if TYPE_CHECKING:
     from ..motion.progression import Motion
@@ -38,14 +38,15 @@ def motion(
 ) -> None:
     """Shapes of a motion out of the outer tube, from a file.
 
-    FILE.csv has the columns insertion (exposed share, from 0 to 1), rotation_deg (turn of the section at the outer
-    tube's exit; left out: 0, as in follow-the-leader motion), and tension_n or, for several tendons, tension_1_n,
-    tension_2_n, ... Plans that tendonrod ftl writes are such files.
+    FILE.csv has the columns insertion (exposed share, from 0 to 1), tension_N or, for several tendons, tension_1_N,
+    tension_2_N, ..., and rotation_deg or rotation_rad (turn of the section at the outer tube's exit; left out: 0, as in
+    follow-the-leader motion). The plan that tendonrod ftl writes as .csv is such a file.
     """
     pull, count = vector("--gravity", gravity), whole("--samples", samples, 2, MOST_SAMPLES)
     table = output.target("--output", output_file, (".csv",))
     sections = output.target("--bodies", bodies, (".csv",))
     picture = output.target("--figure", figure, output.FIGURES)
+    _keep_apart({"FILE.csv": file, "--output": output_file, "--bodies": bodies})
     chosen = chosen_robot(robot, torsion)
     commands = read_commands(file, chosen)
     if commands.ignored:
@@ -58,9 +59,9 @@ def motion(
             chosen, commands.insertion, commands.rotation, commands.tension, samples=count, watch=watch, gravity=pull
         )
     if table is not None:
-        _write(table, "--output", [*_commands_header(moved), "tip_x_mm", "tip_y_mm", "tip_z_mm"], _tip_rows(moved))
+        output.write_table("--output", table, _tip_header(moved), _tip_rows(moved))
     if sections is not None:
-        _write(sections, "--bodies", _BODY_HEADER, _body_rows(moved))
+        output.write_table("--bodies", sections, _BODY_HEADER, _body_rows(moved))
     if picture is not None:
         from ..plot import motion_figure
 
@@ -73,18 +74,20 @@ def motion(
     output.warn_steps("row", rows, [shape.warnings for shape in moved.shapes])
 
 
+def _keep_apart(files: dict[str, str | None]) -> None:
+    """No file is written over what is read, nor over what was just written."""
+    seen: dict[str, str] = {}
+    for option, path in files.items():
+        if path is not None and (first := seen.setdefault(os.path.realpath(path), option)) != option:
+            raise InvalidInput(option, Fact(path), f"another file than {first}")
+
+
+_UNITS = {"gravity": "m/s2", "insertion": "1", "rotation": "rad", "tension": "N", "tip": "m"}
 _BODY_HEADER = ["row", "insertion", "s_mm", "x_mm", "y_mm", "z_mm", "axis_x_mm", "axis_y_mm", "axis_z_mm"]
 
 
-def _write(path: Path, option: str, header: list[str], rows) -> None:
-    with output.written(option, path) as draft, draft.open("w", newline="", encoding="utf-8") as stream:
-        table = csv.writer(stream, lineterminator="\n")
-        table.writerow(header)
-        table.writerows(rows)
-
-
-def _commands_header(moved: Motion) -> list[str]:
-    return ["insertion", "rotation_deg", *tension_columns(moved.robot.n_tendons)]
+def _tip_header(moved: Motion) -> list[str]:
+    return ["insertion", "rotation_deg", *tension_columns(moved.robot.n_tendons), "tip_x_mm", "tip_y_mm", "tip_z_mm"]
 
 
 def _tip_rows(moved: Motion):
@@ -105,10 +108,11 @@ def _millimetres(values) -> list[str]:
 def _as_dict(moved: Motion, gravity) -> dict:
     return {
         "robot": moved.robot.name,
-        "torsion": torsion_of(moved.robot),
+        "torsion": moved.robot.torsion,
         "gravity": list(gravity),
         **{name: getattr(moved, name).tolist() for name in ("insertion", "rotation", "tension", "tip")},
         "shapes": [as_dict(shape) for shape in moved.shapes],
+        "units": {**_UNITS, "shapes": BODY_UNITS},
     }
 
 
@@ -122,7 +126,6 @@ def _page(moved: Motion, gravity) -> str:
         rows.append(
             [str(k + 1), f"{moved.insertion[k]:.5f}", output.fixed(degrees(moved.rotation[k]), 3), *taus, *place]
         )
-    title = (
-        f"{moved.robot.name}, torsion {torsion_of(moved.robot)}, gravity ({listed(gravity)}) m/s2, {len(rows)} steps"
-    )
+    steps = "1 step" if len(rows) == 1 else f"{len(rows)} steps"
+    title = f"{moved.robot.name}, torsion {moved.robot.torsion}, gravity ({listed(gravity)}) m/s2, {steps}"
     return f"{output.heading(title)}\n\n{output.table(columns, rows)}"

@@ -31,8 +31,8 @@ class Commands:
 
 
 def tension_columns(n_tendons: int) -> list[str]:
-    """Names of the tension columns: tension_n for one tendon, tension_1_n ... for more."""
-    return ["tension_n"] if n_tendons == 1 else [f"tension_{i + 1}_n" for i in range(n_tendons)]
+    """Names of the tension columns: tension_N for one tendon, tension_1_N ... for more; read in any case."""
+    return ["tension_N"] if n_tendons == 1 else [f"tension_{i + 1}_N" for i in range(n_tendons)]
 
 
 def read_commands(name: str, robot: Robot) -> Commands:
@@ -72,7 +72,7 @@ def _places(name: str, header: list[str], robot: Robot) -> tuple[dict[str, _Colu
     known = {"insertion": ("insertion", _share, float), "rotation_deg": ("rotation", finite, radians)}
     known["rotation_rad"] = ("rotation", finite, float)
     for i, column in enumerate(tension_columns(robot.n_tendons)):
-        known[column] = (f"tension {i}", nonnegative, float)
+        known[column.lower()] = (f"tension {i}", nonnegative, float)
     places, ignored = {}, []
     for j, column in enumerate(header):
         if column.lower() in known:
@@ -83,17 +83,24 @@ def _places(name: str, header: list[str], robot: Robot) -> tuple[dict[str, _Colu
                 )
             places[quantity] = (j, column, check, convert)
         elif _OURS.match(column.lower()):
-            raise InvalidInput(f"{name}: column {j + 1}", column, f"one of {_wanted(robot)}")
+            names = ", ".join([*_needed(robot), "rotation_deg", "rotation_rad"])
+            raise InvalidInput(f"{name}: column {j + 1}", column, f"one of {names}")
         elif not _RESULTS.match(column.lower()):
             ignored.append(column)
-    for column, (quantity, _, _) in known.items():
-        if quantity not in places and quantity != "rotation":
-            raise InvalidInput(f"{name}: column {column}", MISSING, f"in the header; needed are {_wanted(robot)}")
+    for column, quantity in _needed(robot).items():
+        if quantity not in places:
+            raise InvalidInput(f"{name}: column {column}", MISSING, f"in the header, which needs {_wanted(robot)}")
     return places, ignored
 
 
 def _wanted(robot: Robot) -> str:
-    return ", ".join(["insertion", "rotation_deg", *tension_columns(robot.n_tendons)])
+    return f"{', '.join(_needed(robot))} and, unless it is 0, rotation_deg or rotation_rad"
+
+
+def _needed(robot: Robot) -> dict[str, str]:
+    """Columns that must be there, with what is read from them."""
+    tensions = {column: f"tension {i}" for i, column in enumerate(tension_columns(robot.n_tendons))}
+    return {"insertion": "insertion", **tensions}
 
 
 def _share(field: str, value: object) -> float:

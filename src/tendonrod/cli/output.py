@@ -3,23 +3,24 @@
 from __future__ import annotations
 
 import contextlib
+import csv
 import json
 import os
 import re
 import sys
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import IO, Any
 
-import typer
-
 from ..errors import Fact, InvalidInput
+from ..files import complete, file_name
 
 FIGURES = (".png", ".svg", ".pdf")
 NARROWEST = 24  # characters of a wrapped column
 CHUNK = 1 << 16
 PATIENCE = 0.4  # s of work before a progress bar appears
+BETWEEN_LINES = 5.0  # s from one line of progress to the next, where standard error is no terminal
 
 
 def say(text: str) -> None:
@@ -30,15 +31,25 @@ def say(text: str) -> None:
             sys.stdout.write(whole[start : start + CHUNK])
         sys.stdout.flush()
     except BrokenPipeError:
-        with contextlib.suppress(OSError):  # so that Python's own last flush does not complain
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        flush_or_drop(sys.stdout)
+        import typer  # here, so that a note needs nothing that takes time to import
+
         raise typer.Exit(141) from None
 
 
 def note(text: str) -> None:
     """One line on standard error."""
-    with contextlib.suppress(BrokenPipeError):
+    with contextlib.suppress(OSError):
         print(f"tendonrod: {text}", file=sys.stderr, flush=True)
+
+
+def flush_or_drop(stream: IO[str]) -> None:
+    """Write what ``stream`` still holds; where that fails, send it nowhere, so that Python's last flush is silent."""
+    try:
+        stream.flush()
+    except OSError:
+        with contextlib.suppress(OSError):
+            os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
 def warn(sentences: Sequence[str]) -> None:
@@ -57,12 +68,6 @@ def warn_steps(name: str, steps: Sequence[str], warnings: Sequence[Sequence[str]
         (first, _), (last, sentence) = same[0], same[-1]
         where = f"{name} {first}" if len(same) == 1 else f"{len(same)} steps, {name} {first} to {last}; the last"
         warn([f"{where}: {sentence}"])
-
-
-def interrupted() -> int:
-    """Say so; the exit status for it."""
-    note("interrupted")
-    return 130
 
 
 def say_json(values: Any) -> None:
@@ -127,15 +132,25 @@ def _console(stream: IO[str]):
 
 @contextlib.contextmanager
 def progress_bar(what: str) -> Iterator[Any]:
-    """A function watch(done, total, what=None) that draws a bar on standard error, on terminals and for long work."""
+    """A function watch(done, total, what=None) for long work: a bar on a terminal, else a line every few seconds."""
     if not sys.stderr.isatty():
-        yield lambda done, total, what=None: None
+        yield _Lines(what).watch
         return
     bar = _Bar(what)
     try:
         yield bar.watch
     finally:
         bar.stop()
+
+
+class _Lines:
+    def __init__(self, what: str) -> None:
+        self.what, self.last = what, time.monotonic()
+
+    def watch(self, done: float, total: float, what: str | None = None) -> None:
+        if time.monotonic() - self.last >= BETWEEN_LINES and done < total:
+            self.last = time.monotonic()
+            note(f"{what or self.what}: {100 * done / total:.0f} %")
 
 
 class _Bar:
@@ -164,10 +179,7 @@ def target(option: str, path: str | None, suffixes: Sequence[str]) -> Path | Non
     """The file that an option names, checked before the work begins; None where the option is not given."""
     if path is None:
         return None
-    *others, last = suffixes
-    if Path(path).suffix.lower() not in suffixes:
-        names = f"{', '.join(others)} or {last}" if others else last
-        raise InvalidInput(option, Fact(path or "''"), f"a file name that ends in {names}")
+    file_name(option, Fact(path or "''"), suffixes)
     found = Path(os.path.realpath(path))
     if not found.parent.is_dir():
         raise InvalidInput(option, Fact(path), f"in a directory that exists; {Path(path).parent} does not")
@@ -177,21 +189,23 @@ def target(option: str, path: str | None, suffixes: Sequence[str]) -> Path | Non
 
 
 @contextlib.contextmanager
-def written(option: str, path: Path) -> Iterator[Path]:
-    """A name to write to; the file takes its place at ``path`` only when it is complete."""
-    draft = path.with_name(f".{path.stem}.{os.getpid()}{path.suffix}")
+def written(option: str, path: Path) -> Iterator[None]:
+    """The library writes ``path``: its complaint about the file names the option, and what was written is noted."""
     try:
-        yield draft
-        draft.replace(path)
-    except OSError as error:
-        raise InvalidInput(option, Fact(str(path)), f"writable: {error.strerror or error}") from None
+        yield
     except InvalidInput as error:
-        if str(error.value) != str(draft):
+        if str(error.value) != str(path):
             raise
         raise InvalidInput(option, Fact(str(path)), error.allowed) from None
-    finally:
-        draft.unlink(missing_ok=True)
     note(f"wrote {path}")
+
+
+def write_table(option: str, path: Path, header: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
+    """Write a CSV file."""
+    with written(option, path), complete(option, path) as draft, draft.open("w", newline="", encoding="utf-8") as file:
+        table = csv.writer(file, lineterminator="\n")
+        table.writerow(header)
+        table.writerows(rows)
 
 
 def write_figure(option: str, path: Path | None, draw) -> None:
@@ -200,5 +214,5 @@ def write_figure(option: str, path: Path | None, draw) -> None:
         return
     from ..plot import save
 
-    with written(option, path) as draft:
-        save(draw(), draft)
+    with written(option, path):
+        save(draw(), path)

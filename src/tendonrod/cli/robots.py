@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from ..errors import Fact, InvalidInput
+from ..section import NotchedTube
 from . import output
-from .arguments import Json, Torsion, chosen_robot, torsion_of
+from .arguments import Json, Torsion, chosen_robot
 
 if TYPE_CHECKING:
     from ..robot import Robot
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
 
 _UNITS = {"mm": 1e3, "mm2": 1e6, "mm4": 1e12, "gpa": 1e-9, "deg": degrees(1.0)}
 _SECTION = (  # symbol, factor, unit, what it is
-    ("A", 1e6, "mm2", "area, of the uncut part"),
+    ("A", 1e6, "mm2", "area"),
     ("r_na", 1e3, "mm", "neutral axis from the tube's axis"),
     ("I_x", 1e12, "mm4", "second moment about x"),
     ("I_y", 1e12, "mm4", "second moment about y"),
@@ -76,11 +77,11 @@ def _write(robot: Robot, figure: str | None, notch_pattern: str | None, mesh: st
 
         output.write_figure("--figure", drawing, lambda: draw_device(robot))
     if sheet is not None:
-        with output.written("--notch-pattern", sheet) as draft:
-            write_dxf(robot, draft)
+        with output.written("--notch-pattern", sheet):
+            write_dxf(robot, sheet)
     if solid is not None:
-        with output.written("--mesh", solid) as draft:
-            write_mesh(robot, draft)
+        with output.written("--mesh", solid):
+            write_mesh(robot, solid)
 
 
 def _list(json: bool) -> None:
@@ -96,7 +97,7 @@ def _list(json: bool) -> None:
     rows = []
     for robot in presets:
         numbers = [f"{scale * getattr(robot.body, name):.6g}" for name, scale in zip(names, scales, strict=True)]
-        rows.append([robot.name, *numbers, f"{robot.turns:g}", str(robot.n_tendons), torsion_of(robot)])
+        rows.append([robot.name, *numbers, f"{robot.turns:g}", str(robot.n_tendons), robot.torsion])
     output.say(output.table(columns, rows, words=(0, 9)))
     output.say("\nOne robot in full: tendonrod robots exonav-1")
 
@@ -104,8 +105,8 @@ def _list(json: bool) -> None:
 def _constants(robot: Robot) -> dict[str, Any]:
     return {
         "name": robot.name,
-        "body": "notched tube" if hasattr(robot.body, "torsion") else "plain rod",
-        "torsion": torsion_of(robot),
+        "body": "notched tube" if isinstance(robot.body, NotchedTube) else "plain rod",
+        "torsion": robot.torsion,
         "parameters": robot.parameters(),
         "tendons": [dataclasses.asdict(tendon) for tendon in robot.tendons],
     }
@@ -128,8 +129,8 @@ def _limits(robot: Robot) -> tuple[Limit, ...]:
 
 
 def _page(robot: Robot, torsion_given: bool) -> str:
-    kind = "notched tube" if hasattr(robot.body, "torsion") else "plain rod"
-    blocks = [output.heading(f"{robot.name}: {kind}, torsion {torsion_of(robot)}")]
+    kind = "notched tube" if isinstance(robot.body, NotchedTube) else "plain rod"
+    blocks = [output.heading(f"{robot.name}: {kind}, torsion {robot.torsion}")]
     blocks += [output.table(("section", "", "", ""), _section_rows(robot), words=(0, 2, 3))]
     if limits := [_limit_row(limit, robot.n_tendons > 1) for limit in _limits(robot)]:
         blocks.append(output.table(("limit", "tension", "at", "of"), limits, words=(0, 3)))
@@ -147,6 +148,8 @@ def _limit_row(limit: Limit, several: bool) -> tuple[str, str, str, str]:
 def _section_rows(robot: Robot) -> list[tuple[str, str, str, str]]:
     section = robot.section
     rows = [(name, f"{scale * getattr(section, name):.7g}", unit, what) for name, scale, unit, what in _SECTION]
+    if isinstance(robot.body, NotchedTube):
+        rows[0] = (*rows[0][:3], "area, of the uncut part")
     for name, scale, unit, meanings in _STIFFNESS:
         for i, what in enumerate(meanings):
             rows.append((f"{name}[{i}]", f"{scale * getattr(section, name)[i]:.7g}", unit, what))
@@ -162,7 +165,7 @@ def _file_values(robot: Robot) -> list[tuple[str, str]]:
     """The robot in the words of its file: key with unit, number in that unit."""
     from ..robot import ROD_KEYS, TUBE_KEYS
 
-    keys, factors = (TUBE_KEYS if hasattr(robot.body, "torsion") else ROD_KEYS), robot.parameters()
+    keys, factors = (TUBE_KEYS if isinstance(robot.body, NotchedTube) else ROD_KEYS), robot.parameters()
     rows = []
     for name, key in keys.items():
         value = getattr(robot.body, name, factors.get(name))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import degrees, radians
+from math import degrees, isfinite, radians
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -18,7 +18,6 @@ from .arguments import (
     chosen_robot,
     number,
     tensions,
-    torsion_of,
     vector,
     whole,
 )
@@ -29,6 +28,21 @@ if TYPE_CHECKING:
 MOST_SAMPLES = 100_000
 SHOWN = 11  # sections in the printed table
 _LEGEND = "x, y, z: neutral axis; axis: centre of the tube; u: curvature and twist in the\nsection frame."
+LOADS = {
+    "gravity": "m/s2",
+    "tip_force": "N",
+    "tip_moment": "N m",
+    "distributed_force": "N/m",
+    "distributed_moment": "N",
+}
+BODY_UNITS = {
+    **dict.fromkeys(("s", "position", "centerline", "tip", "tendon_path", "length", "error_estimate"), "m"),
+    **dict.fromkeys(("insertion", "rotation", "v"), "1"),
+    "u": "1/m",
+    **dict.fromkeys(("force", "tensions"), "N"),
+    "moment": "N m",
+}
+UNITS = {**BODY_UNITS, **LOADS, "base_rotation": "rad"}
 _ARRAYS = ("s", "position", "centerline", "rotation", "v", "u", "force", "moment", "tip")
 
 
@@ -41,6 +55,12 @@ def shape(
     gravity: Gravity = "0,0,0",
     tip_force: Annotated[str, typer.Option(metavar="X,Y,Z", help="Force at the tip, world frame, N.")] = "0,0,0",
     tip_moment: Annotated[str, typer.Option(metavar="X,Y,Z", help="Moment at the tip, world frame, N m.")] = "0,0,0",
+    distributed_force: Annotated[
+        str, typer.Option(metavar="X,Y,Z", help="Force per metre of the body, world frame, N/m.")
+    ] = "0,0,0",
+    distributed_moment: Annotated[
+        str, typer.Option(metavar="X,Y,Z", help="Moment per metre of the body, world frame, N.")
+    ] = "0,0,0",
     insertion: Annotated[str, typer.Option(metavar="ETA", help="Exposed share of the robot, from 0 to 1.")] = "1",
     rotation_deg: Annotated[
         str, typer.Option(metavar="DEG", help="Turn of the section at the outer tube's exit about world z, degrees.")
@@ -63,6 +83,8 @@ def shape(
         "gravity": vector("--gravity", gravity),
         "tip_force": vector("--tip-force", tip_force),
         "tip_moment": vector("--tip-moment", tip_moment),
+        "distributed_force": vector("--distributed-force", distributed_force),
+        "distributed_moment": vector("--distributed-moment", distributed_moment),
     }
     eta = number("--insertion", insertion, within, 0.0, 1.0)
     angle = radians(number("--rotation-deg", rotation_deg, finite))
@@ -81,7 +103,7 @@ def shape(
         output.write_figure("--figure", picture, lambda: shape_figure(solved))
     if json:
         told = {name: list(value) for name, value in loads.items()}
-        output.say_json(as_dict(solved) | told | {"insertion": eta, "base_rotation": angle})
+        output.say_json(as_dict(solved) | told | {"insertion": eta, "base_rotation": angle, "units": UNITS})
     else:
         output.say(_page(solved, loads, angle))
     output.warn(solved.warnings)
@@ -91,7 +113,7 @@ def as_dict(solved: Shape) -> dict[str, Any]:
     """A shape as plain numbers, SI, keys as the attributes; tendon_path has one list per tendon."""
     return {
         "robot": solved.robot.name,
-        "torsion": torsion_of(solved.robot),
+        "torsion": solved.robot.torsion,
         "tensions": solved.tensions.tolist(),
         "insertion": solved.insertion,
         "length": solved.length,
@@ -99,7 +121,7 @@ def as_dict(solved: Shape) -> dict[str, Any]:
         "status": str(solved.status),
         "residual": solved.residual,
         "iterations": solved.iterations,
-        "error_estimate": solved.error_estimate,
+        "error_estimate": solved.error_estimate if isfinite(solved.error_estimate) else None,
         "warnings": list(solved.warnings),
         **{name: getattr(solved, name).tolist() for name in _ARRAYS},
         "tendon_path": [solved.tendon_path(i).tolist() for i in range(solved.robot.n_tendons)],
@@ -118,8 +140,8 @@ def _page(solved: Shape, loads: dict[str, tuple[float, float, float]], angle: fl
         ("gravity", listed(loads["gravity"]), "m/s2"),
         *(
             (name.replace("_", " "), listed(loads[name]), unit)
-            for name, unit in (("tip_force", "N"), ("tip_moment", "N m"))
-            if any(loads[name])
+            for name, unit in LOADS.items()
+            if name != "gravity" and any(loads[name])
         ),
         ("insertion", f"{solved.insertion:.6g}", f"of {1e3 * robot.length_na:.5f} mm"),
         *([("rotation", f"{degrees(angle):.6g}", "deg")] if angle else []),
@@ -143,7 +165,7 @@ def _page(solved: Shape, loads: dict[str, tuple[float, float, float]], angle: fl
     )
     return "\n\n".join(
         [
-            output.heading(f"{robot.name}, torsion {torsion_of(robot)}"),
+            output.heading(f"{robot.name}, torsion {robot.torsion}"),
             output.table(("", "", ""), facts, words=(0, 1, 2)),
             output.table(columns, _sections(solved)),
             _LEGEND,
@@ -154,7 +176,8 @@ def _page(solved: Shape, loads: dict[str, tuple[float, float, float]], angle: fl
 def _effort(solved: Shape) -> str:
     if solved.iterations == 0:
         return "closed form"
-    return f"{solved.iterations} iterations, scaled residual {solved.residual:.1e}"
+    iterations = "1 iteration" if solved.iterations == 1 else f"{solved.iterations} iterations"
+    return f"{iterations}, scaled residual {solved.residual:.1e}"
 
 
 def _sections(solved: Shape) -> list[list[str]]:

@@ -36,12 +36,15 @@ def plan_follow_leader(
 ) -> Plan:
     """Plan follow-the-leader motion to ``target_tension`` under ``gravity``.
 
-    target_tension: N, at full insertion. gravity: (3,) m/s2, world frame. steps: of equal insertion. freedom "tension": insertion = progress, rotation 0, the tension that minimises the body's rms distance from the
-    reference curve. "full": tension and rotation free; the insertion is matched so that the tip's foot point on the
-    reference lies at eta L_na (clamped at full insertion), never free, since retracting would always win. "paper": the
-    paper's own search, ascending tension, first shape whose body lies within ``tolerance`` (m) of the reference's
-    ``reference_samples`` points everywhere, else the closest; ``tension_step`` (N). The paper prints none of these
-    three numbers: they are our assumptions. watch(done, steps) is called after each step.
+    - target_tension: N, at full insertion; gravity: (3,) m/s2, world frame; steps: of equal insertion.
+    - freedom "tension": insertion = progress, rotation 0, the tension that minimises the body's rms distance from the
+      reference curve.
+    - freedom "full": tension and rotation free; the insertion is matched so that the tip's foot point on the reference
+      lies at eta L_na (clamped at full insertion), never free, since retracting would always win.
+    - freedom "paper": the paper's own search, ascending tension, first shape whose body lies within ``tolerance`` (m)
+      of the reference's ``reference_samples`` points everywhere, else the closest; ``tension_step`` (N). The paper
+      prints none of these three numbers: they are our assumptions.
+    - watch(done, steps) is called after each step.
 
     Returns a `Plan`. Raises `InvalidInput`, `NotConverged`. Source: paper II-C, II-D; docs/derivations.
     """

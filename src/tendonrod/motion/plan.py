@@ -50,9 +50,13 @@ UNITS = {
 class Plan:
     """What to command at each progress eta, and how far the body then is from the reference curve. All (steps,), SI.
 
-    progress: eta = (k+1)/steps. insertion, rotation (rad), tension (N): as `tendonrod.solve` takes them. body_rms and
-    body_max: distance of the exposed neutral axis, uniform in arc length, from the reference curve, by projection (m).
-    tip_error: the same for the tip. tip_error_at_progress: distance of the tip from reference(eta L_na).
+    - progress: eta = (k+1)/steps.
+    - insertion, rotation (rad), tension (N): as `tendonrod.solve` takes them.
+    - body_rms, body_max: distance of the exposed neutral axis, uniform in arc length, from the reference curve, by
+      projection (m); tip_error: the same for the tip.
+    - tip_error_at_progress: distance of the tip from reference(eta L_na), m.
+    - reference: `Curve` of the full robot; shapes: the exposed `Shape` of each step.
+    - robot, target_tension, gravity, freedom: as asked for.
     """
 
     robot: Robot

@@ -41,11 +41,14 @@ class Motion:
 def progress(robot: Robot, insertion, rotation, tension, samples: int | None = None, watch=None, **loads) -> Motion:
     """Solve a sequence of configurations, each started from the one before.
 
-    insertion (n,), rotation (n,) rad, tension (n,) or (n, n_tendons) N; a single number holds throughout.
-    samples: sections per shape, evenly spread over the exposed length (None: the integrator's nodes). watch(done, n) is
-    called after each step. loads: gravity, tip_force and the other keywords of `tendonrod.solve`. Rotation is that of
-    the section frame at the outer tube's exit; 0 throughout is the paper's follow-the-leader law
-    phi_p = 2 pi turns (eta - 1). Raises `InvalidInput` and `NotConverged`, both of which name the row.
+    - insertion (n,), rotation (n,) rad, tension (n,) or (n, n_tendons) N; a single number holds throughout. Rotation is
+      that of the section frame at the outer tube's exit; 0 throughout is the paper's follow-the-leader law
+      phi_p = 2 pi turns (eta - 1).
+    - samples: sections per shape, evenly spread over the exposed length (None: the integrator's nodes).
+    - watch(done, n) is called after each step.
+    - loads: gravity, tip_force and the other keywords of `tendonrod.solve`.
+
+    Raises `InvalidInput` and `NotConverged`, both of which name the row.
     """
     insertion, rotation, tension = _table(as_robot(robot), insertion, rotation, tension)
     samples = None if samples is None else whole("samples", samples, 2)

@@ -38,14 +38,17 @@ def solve(
 ) -> Shape:
     """Static equilibrium of the exposed robot under tendon tensions and dead loads.
 
-    tensions: N, >= 0, one number (for every tendon) or (n_tendons,). gravity: (3,) m/s2. tip_force (3,) N, tip_moment
-    (3,) N m, distributed_force (3,) N/m and distributed_moment (3,) N m per metre of s: dead loads, all in the world
-    frame.
-    insertion: exposed share eta in [0, 1]. rotation: angle (rad) of the section frame at the outer tube's exit about
-    world z, R(0) = Rz(rotation), p(0) = Rz(rotation) [-r_na, 0, 0]; 0 is what follow-the-leader motion gives.
-    s: arc lengths (m) from the exit at which to report, None for the integrator's nodes. accuracy: position error (m)
-    anywhere on the body. steps: fixes the number of integration steps instead, without an error estimate (NaN).
-    start: a neighbouring solution to start from; the accuracy stays the one asked for.
+    - tensions: N, >= 0, one number (for every tendon) or (n_tendons,).
+    - gravity: (3,) m/s2, world frame.
+    - tip_force (3,) N, tip_moment (3,) N m, distributed_force (3,) N/m, distributed_moment (3,) N m per metre of s:
+      dead loads, world frame.
+    - insertion: exposed share eta in [0, 1].
+    - rotation: angle (rad) of the section frame at the outer tube's exit about world z, R(0) = Rz(rotation),
+      p(0) = Rz(rotation) [-r_na, 0, 0]; 0 is what follow-the-leader motion gives.
+    - s: arc lengths (m) from the exit at which to report, None for the integrator's nodes.
+    - accuracy: position error (m) anywhere on the body, from 1e-12 to 1.
+    - steps: fixes the number of integration steps instead, without an error estimate (NaN).
+    - start: a neighbouring solution to start from; the accuracy stays the one asked for.
 
     Returns a `Shape`. Raises `InvalidInput`; `NotConverged` unless ``throw`` is False, which returns the status
     instead. Source: Cosserat rod of the paper's eqs. 1-5 with the corrections of docs/derivations, in total-force form.

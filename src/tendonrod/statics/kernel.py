@@ -782,7 +782,10 @@ def sample(rod, tendons, problem, state, half, n, at, tol, out, w):
             m[0], m[1], m[2] = M[3 * j], M[3 * j + 1], M[3 * j + 2]
         else:
             w[RATIO] = 0.9
-            if step(rod, tendons, load, span[0], span[1], grid[k], T, g, 12 * k, M, 3 * k, y, 0, tol, row, 0, m, 0, w) < 0:
+            if (
+                step(rod, tendons, load, span[0], span[1], grid[k], T, g, 12 * k, M, 3 * k, y, 0, tol, row, 0, m, 0, w)
+                < 0
+            ):
                 row[:] = math.nan
                 continue
         row[18], row[19], row[20] = load[0] + load[6] * e, load[1] + load[7] * e, load[2] + load[8] * e

@@ -36,7 +36,8 @@ class Status(StrEnum):
 class Shape:
     """Configuration of the exposed robot at the arc lengths ``s`` (n,), 0 at the outer tube's exit; SI, world frame.
 
-    Made by `tendonrod.solve`. All arrays are read-only views. A shape that did not converge holds NaN.
+    Made by `tendonrod.solve`. It also holds ``robot``, ``status`` (`Status`) and ``load_factor``, the share of the load
+    that was reached. All arrays are read-only. A shape that did not converge holds NaN.
     """
 
     robot: Robot
@@ -148,7 +149,7 @@ class Shape:
 
     @cached_property
     def warnings(self) -> tuple[str, ...]:
-        """Sentences that say where the model ends (plateau, closed notches, lifted tendon) and whether it is unstable."""
+        """Sentences on where the model ends (plateau, closed notches, lifted tendon) and whether it is unstable."""
         return shape_warnings(self)
 
     def section_point(self, x: float, y: float) -> np.ndarray:
@@ -158,6 +159,8 @@ class Shape:
 
     def tendon_path(self, i: int = 0) -> np.ndarray:
         """(k, 3) path of tendon ``i`` through the exposed robot, k <= n points up to where it ends, m."""
+        if self.robot.n_tendons == 0:
+            raise InvalidInput("i", i, f"left alone: {self.robot.name} has no tendons")
         i = whole("i", i, 0, self.robot.n_tendons - 1)
         s_m = self.material_coordinate
         reach = s_m <= self.robot.routing[i, 5] * (1 + 1e-12)

@@ -1,0 +1,78 @@
+"""The commands, put together: `app`."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+from typer.core import TyperCommand
+
+from .ftl import ftl
+from .motion import motion
+from .output import say
+from .reproduce import reproduce
+from .robots import robots
+from .shape import shape
+
+
+class _Command(TyperCommand):
+    def collect_usage_pieces(self, ctx):
+        return [piece.strip("{}") for piece in super().collect_usage_pieces(ctx)]
+
+
+app = typer.Typer(
+    name="tendonrod",
+    add_completion=False,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+COMMANDS = {
+    robots: (
+        "tendonrod robots exonav-1 --torsion open_section",
+        "tendonrod robots my-robot.toml --figure device.png --notch-pattern cut.dxf",
+    ),
+    shape: (
+        "tendonrod shape exonav-1 --tension 0.7 --gravity -9.81,0,0",
+        "tendonrod shape four-tendons.toml --tension 15 --tension 0 --tension 0 --tension 0 --json",
+    ),
+    motion: (
+        "tendonrod ftl exonav-1 --target 0.7 --gravity -9.81,0,0 --output plan.csv",
+        "tendonrod motion plan.csv --robot exonav-1 --gravity -9.81,0,0 --figure motion.png",
+    ),
+    ftl: (
+        "tendonrod ftl exonav-1 --target 0.7 --gravity -9.81,0,0 --output plan.csv",
+        "tendonrod ftl exonav-1 --target 0.7 --gravity -9.81,0,0 --freedom full --json",
+    ),
+    reproduce: ("tendonrod reproduce --output /tmp/paper",),
+}
+for command, examples in COMMANDS.items():
+    app.command(cls=_Command, epilog="\b\nExamples:\n" + "\n".join(f"  {line}" for line in examples))(command)
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        from .. import __version__
+
+        say(f"tendonrod {__version__}")
+        raise typer.Exit()
+
+
+@app.callback(
+    invoke_without_command=True,
+    epilog="\b\nExamples:\n  tendonrod robots\n  tendonrod shape exonav-1 --tension 0.7 --gravity -9.81,0,0\n"
+    "  tendonrod COMMAND --help",
+)
+def _front(
+    context: typer.Context,
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version and exit.")
+    ] = False,
+) -> None:
+    """Tendon-driven continuum robots: shapes, progressive motion and follow-the-leader plans.
+
+    ROBOT is a preset (see: tendonrod robots) or the path of a TOML file of the same form. Vectors are in the world
+    frame, written with commas and no spaces: -9.81,0,0. Exit status 0: done; 1: no equilibrium found; 2: bad input.
+    """
+    if context.invoked_subcommand is None:
+        say(context.get_help())
