@@ -88,3 +88,22 @@ def test_the_full_load_or_nothing(seed):
     else:
         assert np.isnan(shape.position).all()
         assert 0.0 < shape.load_factor < 1.0
+
+
+@pytest.mark.parametrize("factor", [1.5, 4.0, 5.0, 6.0, 8.9, 9.1, 16.5, 20.0])
+def test_no_straight_column_is_stable_past_eulers_load(factor):
+    """A round rod's conjugate points come in pairs, which the sign of a determinant would miss."""
+    assert pushed(factor).stable is False
+
+
+def test_far_past_eulers_load_the_stable_branch_is_found():
+    shape = pushed(6.0, 1e-3)
+    assert shape.stable
+    assert shape.tip[0] == pytest.approx(0.3 * 0.518, rel=2e-3)
+
+
+@pytest.mark.parametrize("curvature", [1.0, 5.0, 20.0])
+def test_moments_fixed_in_the_world_have_no_potential(curvature):
+    shape = solve(COLUMN, tip_moment=(0.0, curvature * COLUMN.section.Kbt[1], 0.0))
+    assert shape.stable is None
+    assert not any("unstable" in sentence for sentence in shape.warnings)

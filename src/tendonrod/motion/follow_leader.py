@@ -12,7 +12,7 @@ from collections.abc import Callable
 import numpy as np
 
 from ..curve import Curve
-from ..errors import InvalidInput, nonnegative, one_of, positive, vector, whole
+from ..errors import InvalidInput, NotConverged, nonnegative, one_of, positive, vector, whole
 from ..robot import Robot, as_robot
 from ..statics.equilibrium import solve
 from ..statics.shape import Shape
@@ -96,6 +96,10 @@ class _Leader:
         self._last = shape
         return shape
 
+    def forget(self) -> None:
+        """Start the next body afresh."""
+        self._last = None
+
     def deviation(self, shape: Shape):
         """(n, 3) vectors from the reference's closest points to the body, and the tip's foot point parameter (m)."""
         near = self.curve.project(shape.position, guess=shape.s)
@@ -120,18 +124,26 @@ class _Optimal:
             move = self._move(x, offset, self._slopes(eta, x, insertion), shape)
             if np.all(np.abs(move) <= 1e-8 * self.scale):
                 break
-            cost, before = self._cost(offset), x
-            for _ in range(20):  # shorten a step that overshoots
-                x = before - move
-                x[0] = max(x[0], 0.0)
-                insertion, shape, offset = self._exposed(eta, x, insertion)
-                if self._cost(offset) <= cost * (1 + 1e-9) + 1e-24:
-                    break
-                move *= 0.5
-            if np.array_equal(x, before):
+            better = self._shortened(eta, x, move, insertion, self._cost(offset))
+            if better is None or np.array_equal(better[0], x):
                 break
+            x, insertion, shape, offset = better
         self.best = x
         return insertion, float(x[1]) if self.freedoms == 2 else 0.0, float(x[0]), shape
+
+    def _shortened(self, eta: float, x, move, insertion: float, cost: float):
+        """(x, insertion, shape, deviations) after as much of ``move`` as does not raise the cost, None if none does."""
+        for _ in range(30):
+            trial = x - move
+            trial[0] = max(trial[0], 0.0)
+            try:
+                found = self._exposed(eta, trial, insertion)
+                if self._cost(found[2]) <= cost * (1 + 1e-9) + 1e-24:
+                    return trial, *found
+            except NotConverged:  # so far that nothing stands there
+                self.leader.forget()
+            move = 0.5 * move
+        return None
 
     def _exposed(self, eta: float, x, insertion: float | None = None):
         """(insertion, shape, deviations); with two freedoms the insertion is matched by the secant method."""
@@ -143,7 +155,7 @@ class _Optimal:
             return insertion, shape, offset
         slope, last, missed = leader.length, insertion, foot - eta * leader.length
         for _ in range(30):
-            target = min(1.0, insertion - missed / slope)
+            target = min(1.0, max(0.5 * insertion, insertion - missed / slope))
             if abs(target - insertion) < 1e-13:
                 break
             last, before, insertion = insertion, missed, target

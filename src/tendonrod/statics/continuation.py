@@ -64,4 +64,4 @@ def _next(target: Solution, load: float, tension: float, last: Solution | None, 
         return found
     if np.linalg.norm(found.nodes - last.nodes, axis=1).max() > FARTHEST * found.length:
         return None
-    return None if keep_stable and last.is_stable() and not found.is_stable() else found
+    return None if keep_stable and last.is_stable() and found.is_stable() is False else found

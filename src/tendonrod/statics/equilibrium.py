@@ -13,7 +13,7 @@ from ..errors import InvalidInput, NotConverged, finite, nonnegative, vector, wh
 from ..robot import Robot, as_robot
 from .continuation import follow_load
 from .shape import Shape, Status, arc_lengths
-from .solution import CONVERGED, MOST_STEPS, TOO_SMALL, Solution
+from .solution import CONVERGED, MOST_STEPS, RETRACTED, TOO_SMALL, Solution
 
 Vector = Sequence[float] | np.ndarray
 ZERO = (0.0, 0.0, 0.0)
@@ -64,7 +64,7 @@ def solve(
     status = _OUTCOME[solution.code]
     if status is Status.CONVERGED:
         if at is None:
-            at = np.zeros(1) if solution.length == 0.0 else solution.grid
+            at = np.zeros(1) if solution.length < RETRACTED else solution.grid
         rows = solution.rows(at)
     elif throw:
         raise _failure(status, reached, solution.stats[0])
@@ -144,7 +144,12 @@ def _problem(robot: Robot, loads, insertion: float, rotation: float) -> np.ndarr
 def _solved(solution: Solution, start: Shape | None) -> tuple[Solution, float]:
     """(solution, load factor reached): from ``start``, else cold, else by continuation."""
     near = None
-    if start is not None and start.converged and start.length > 0.0 and start.tensions.size == len(solution.tendons):
+    if (
+        start is not None
+        and start.converged
+        and start.length >= RETRACTED
+        and start.tensions.size == len(solution.tendons)
+    ):
         near = start._solution
     if solution.run(near) in (CONVERGED, TOO_SMALL):
         return solution, 1.0

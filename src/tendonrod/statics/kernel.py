@@ -13,8 +13,8 @@ Arrays shared by every function
     span     (2,)    exposed length, material coordinate of the exit
     frame    (12,)   p[3] R[9] (row by row)
     x        (6,)    v[3] u[3]
-    scratch  (190,)  C1[36] C2[36] frame1[12] frame2[12] M1[3] M2[3] Y[18] slopes[36] stage[6]
-                     ratio strains[12] next frame and moment[15]
+    scratch  (316,)  C1[36] C2[36] frame1[12] frame2[12] M1[3] M2[3] Y[18] slopes[36] stage[6]
+                     ratio strains[12] next frame and moment[15] kept[108] matrices[18]
 """
 
 import math
@@ -31,21 +31,9 @@ _W = [
 ]  # fmt: skip
 W11, W12, W21, W22 = *_W[0], *_W[1]
 
-C1, C2, FRAME1, FRAME2, MOMENT1, MOMENT2, VARIED, SLOPE, STAGE, RATIO, STRAINS, NEXT = (
-    0,
-    36,
-    72,
-    84,
-    96,
-    99,
-    102,
-    120,
-    156,
-    162,
-    163,
-    175,
-)
-SCRATCH = 190
+C1, C2, FRAME1, FRAME2, MOMENT1, MOMENT2 = 0, 36, 72, 84, 96, 99
+VARIED, SLOPE, STAGE, RATIO, STRAINS, NEXT, KEPT, MATRICES = 102, 120, 156, 162, 163, 175, 190, 298
+SCRATCH = 316
 AT_ONCE = 0.15  # of the length: motion of the tip by the loads that a cold start may find at once
 CONVERGED, LOCAL_FAILED, STALLED, TOO_SMALL = 0, 1, 2, 3
 
@@ -375,6 +363,14 @@ def integrate(rod, tendons, load, span, grid, n, g, M, x, tol, with_jacobian, J,
 
 
 @jit
+def conservative(load):
+    """Whether the dead loads have a potential: moments that stay fixed in the world have none."""
+    return (
+        load[3] == 0.0 and load[4] == 0.0 and load[5] == 0.0 and load[9] == 0.0 and load[10] == 0.0 and load[11] == 0.0
+    )
+
+
+@jit
 def steady(w):
     """Whether Theta' dM at the end of the varied walk is positive definite: with no conjugate point before, stability.
 
@@ -447,7 +443,7 @@ def shoot(rod, tendons, load, span, grid, n, g, M, x, J, have_jacobian, tol, sof
         floor = 1e-15 * softness * (math.sqrt(M[0] * M[0] + M[1] * M[1] + M[2] * M[2]) + stats[3])
         if want:
             fresh = True
-            if iteration == 0 and not steady(w):
+            if iteration == 0 and conservative(load) and not steady(w):
                 return STALLED  # the loads are past the first critical one: let continuation find the way
         elif before < 1e300:
             if r > (bound if before * softness > 1e-3 * span[0] else 0.6) * before:
@@ -604,6 +600,69 @@ def capacity(state):
 
 
 @jit
+def onward(before, after, w):
+    """Whether no variation vanished within the step from ``before`` to ``after``: Theta_k' B^-1 Theta_k+1 > 0.
+
+    B = d(Theta_k+1)/d(dM_k) over the step alone, left in w by the caller. The sign of a determinant would not do: it
+    misses an even number of zeros, and a round section has them in pairs.
+    """
+    B, S = w[MATRICES : MATRICES + 9].reshape(3, 3), w[MATRICES + 9 : MATRICES + 18].reshape(3, 3)
+    for j in range(3):
+        for i in range(3):
+            B[i, j] = w[VARIED + 6 * j + i]
+    for j in range(3):
+        y0, y1, y2 = linear_solve3(B, after[6 * j], after[6 * j + 1], after[6 * j + 2])
+        for i in range(3):
+            S[i, j] = before[6 * i] * y0 + before[6 * i + 1] * y1 + before[6 * i + 2] * y2
+    a, d, f = S[0, 0], S[1, 1], S[2, 2]
+    b, c, e = 0.5 * (S[0, 1] + S[1, 0]), 0.5 * (S[0, 2] + S[2, 0]), 0.5 * (S[1, 2] + S[2, 1])
+    return a > 0.0 and a * d - b * b > 0.0 and a * (d * f - e * e) - b * (b * f - c * e) + c * (b * e - c * d) > 0.0
+
+
+@jit
+def stability(rod, tendons, problem, state, half, n, w):
+    """1 where the second variation of a solved rod is positive, -1 where it is not, 0 where the walk fails."""
+    load, span = problem[:12], problem[12:14]
+    grid, g, M, x, _ = parts(state, capacity(state), half)
+    w[RATIO] = 0.9
+    start_variations(w)
+    before, after = w[KEPT : KEPT + 54], w[KEPT + 54 : KEPT + 108]
+    for i in range(n):
+        s, h = grid[i], grid[i + 1] - grid[i]
+        for q in range(12):
+            w[STRAINS + q] = x[12 * i + q]
+        if step(rod, tendons, load, span[0], span[1], s, h, g, 12 * i, M, 3 * i, w, STRAINS, 1e-6 * span[0],
+                w, NEXT, w, NEXT + 12, w) < 0:  # fmt: skip
+            return 0
+        for q in range(54):
+            before[q] = w[VARIED + q]
+        vary_step(load, span[0], s, h, w, STRAINS, 4, w)
+        if i > 0:
+            for q in range(54):
+                after[q] = w[VARIED + q]
+            start_variations(w)
+            vary_step(load, span[0], s, h, w, STRAINS, 6, w)
+            if not onward(before, after, w):  # Theta became singular within the step: a conjugate point
+                return -1
+            for q in range(54):
+                w[VARIED + q] = after[q]
+    return 1 if steady(w) else -1
+
+
+@jit
+def turning(tendons, span, grid, n, x):
+    """Angle (rad) through which the section and the fastest tendon in it turn along the rod."""
+    most, angle = 0.0, 0.0
+    for i in range(tendons.shape[0]):
+        if tendons[i, 2] != 0.0 and tendons[i, 6] != 0.0:
+            most = max(most, abs(tendons[i, 4]))
+    for i in range(n):
+        u0, u1, u2 = (x[12 * i + 3] + x[12 * i + 9], x[12 * i + 4] + x[12 * i + 10], x[12 * i + 5] + x[12 * i + 11])
+        angle += 0.5 * (grid[i + 1] - grid[i]) * math.sqrt(u0 * u0 + u1 * u1 + u2 * u2)
+    return angle + most * span[0]
+
+
+@jit
 def equilibrium(rod, tendons, problem, state, J, stats, w):
     """Solve one rod. problem: load[12] span[2] frame[12] accuracy steps warm_n estimate; state holds two grids.
 
@@ -628,6 +687,7 @@ def equilibrium(rod, tendons, problem, state, J, stats, w):
         uniform = uniform and (tendons[i, 2] == 0.0 or tendons[i, 4] == 0.0 or tendons[i, 6] == 0.0)
     for i in range(12):
         g[i] = problem[14 + i]
+    longer = max(1.0, length / grid[n]) if warm else 1.0
     if warm and not still and lay(tendons, span, n, grid) == n:
         grid2, g2, M2, x2, only2 = parts(state, cap, 1)
         if not unloaded(rod, tendons, span, grid, n, x2, w):
@@ -650,11 +710,14 @@ def equilibrium(rod, tendons, problem, state, J, stats, w):
             own += weight * (x[i] - only[i]) ** 2
         moved = math.sqrt(moved / size)
         stats[4], stats[5] = n, 0
-        stats[6] = problem[29] * (1.0 + 4.0 * moved) * max(1.0, own / own_before) if moved < 0.15 else math.inf
+        stats[6] = (
+            problem[29] * (1.0 + 4.0 * moved) * max(1.0, own / own_before) * longer**6 if moved < 0.15 else math.inf
+        )
         if status == CONVERGED:
             if stats[6] <= accuracy and steps == 0:
                 return status
             if steps > 0:
+                stats[6] = math.inf  # nothing is known of the error with so many steps
                 m = lay(tendons, span, steps, grid2)
                 if m != n:  # came from a grid of other size
                     carry(grid, n, g, M, x, only, grid2, m, g2, M2, x2, only2)
@@ -695,7 +758,10 @@ def equilibrium(rod, tendons, problem, state, J, stats, w):
         p0, p1, p2 = g[12 * n], g[12 * n + 1], g[12 * n + 2]
         status = shoot(rod, tendons, load, span, grid, n, g, M, x, J, False, tol, softness, 30, stats, w)
         far = (g[12 * n] - p0) ** 2 + (g[12 * n + 1] - p1) ** 2 + (g[12 * n + 2] - p2) ** 2
-        if status == CONVERGED and far > (AT_ONCE * length) ** 2:
+        critical = stats[3] * length > 0.5 * min(rod[3], min(rod[4], rod[5])) and conservative(load)
+        if status == CONVERGED and (
+            far > (AT_ONCE * length) ** 2 or (critical and stability(rod, tendons, problem, state, 0, n, w) < 0)
+        ):
             return STALLED  # the answer may lie on another branch: let continuation find the way there
     while True:
         stats[4], stats[5] = n, half
@@ -711,9 +777,10 @@ def equilibrium(rod, tendons, problem, state, J, stats, w):
         carry(grid, n, g, M, x, only, grid2, 2 * n, g2, M2, x2, only2)
         status = shoot(rod, tendons, load, span, grid2, 2 * n, g2, M2, x2, J, True, tol, softness, 30, stats, w)
         stats[4], stats[5], stats[6] = 2 * n, 1 - half, distance(g, n, g2, 2) / 7.0
-        if status != CONVERGED or stats[6] <= accuracy:
+        enough = int(math.ceil(0.3 * turning(tendons, span, grid, n, x)))
+        if status != CONVERGED or (stats[6] <= accuracy and n >= enough):
             return status
-        wanted = int(math.ceil(1.05 * n * (stats[6] / accuracy) ** 0.25))
+        wanted = max(enough, int(math.ceil(1.05 * n * (stats[6] / accuracy) ** 0.25)))
         if wanted >= 1.8 * n:  # go on from the fine grid, or from a new one still finer
             half, grid, g, M, x, only, n = 1 - half, grid2, g2, M2, x2, only2, 2 * n
             if wanted <= 1.1 * n:
@@ -724,35 +791,12 @@ def equilibrium(rod, tendons, problem, state, J, stats, w):
             return TOO_SMALL
         grid2, g2, M2, x2, only2 = parts(state, cap, 1 - half)
         m = lay(tendons, span, wanted, grid2)
+        while m <= n:  # nodes at tendon ends round the number: it must grow, or this would go on for ever
+            wanted += 1
+            m = lay(tendons, span, wanted, grid2)
         carry(grid, n, g, M, x, only, grid2, m, g2, M2, x2, only2)
         half, grid, g, M, x, only, n = 1 - half, grid2, g2, M2, x2, only2, m
         status = shoot(rod, tendons, load, span, grid, n, g, M, x, J, True, tol, softness, 30, stats, w)
-
-
-@jit
-def stability(rod, tendons, problem, state, half, n, w):
-    """1 where the second variation of a solved rod is positive, -1 where it is not, 0 where the walk fails."""
-    load, span = problem[:12], problem[12:14]
-    grid, g, M, x, _ = parts(state, capacity(state), half)
-    w[RATIO] = 0.9
-    start_variations(w)
-    for i in range(n):
-        s, h = grid[i], grid[i + 1] - grid[i]
-        for q in range(12):
-            w[STRAINS + q] = x[12 * i + q]
-        if step(rod, tendons, load, span[0], span[1], s, h, g, 12 * i, M, 3 * i, w, STRAINS, 1e-6 * span[0],
-                w, NEXT, w, NEXT + 12, w) < 0:  # fmt: skip
-            return 0
-        vary_step(load, span[0], s, h, w, STRAINS, 4, w)
-        y = VARIED
-        volume = (
-            w[y] * (w[y + 7] * w[y + 14] - w[y + 8] * w[y + 13])
-            - w[y + 6] * (w[y + 1] * w[y + 14] - w[y + 2] * w[y + 13])
-            + w[y + 12] * (w[y + 1] * w[y + 8] - w[y + 2] * w[y + 7])
-        )
-        if not volume > 0.0:  # det Theta has passed zero: a conjugate point
-            return -1
-    return 1 if steady(w) else -1
 
 
 @jit

@@ -58,7 +58,7 @@ def shape_warnings(shape: Shape) -> tuple[str, ...]:
 
 
 def _stability_warnings(shape: Shape) -> list[str]:
-    return [] if shape.stable else ["this equilibrium is unstable: the rod would buckle away from it"]
+    return [] if shape.stable is not False else ["this equilibrium is unstable: the rod would buckle away from it"]
 
 
 def _strain_warnings(shape: Shape) -> list[str]:

@@ -22,7 +22,8 @@ class Status(StrEnum):
 
     CONVERGED = "force and moment balance within the tolerance"
     STALLED = (
-        "no equilibrium found on the way from the unloaded robot to the full load, where it may buckle or fold; "
+        "no equilibrium found on the way from the unloaded robot to the full load, "
+        "where it may buckle, fold or be pulled straight; "
         "lower the load, or go there in small steps, each started from the last"
     )
     LOCAL_FAILED = (
@@ -144,7 +145,10 @@ class Shape:
 
     @cached_property
     def stable(self) -> bool | None:
-        """Whether the energy's second variation is positive (Jacobi's condition, docs/method); None if not solved."""
+        """Whether the energy's second variation is positive (Jacobi's condition, docs/method).
+
+        None if not solved, and where tip or distributed moments act: fixed in the world they have no potential.
+        """
         return self._solution.is_stable() if self.converged else None
 
     @cached_property

@@ -12,6 +12,7 @@ import numpy as np
 CONVERGED, LOCAL_FAILED, STALLED, TOO_SMALL = 0, 1, 2, 3  # the kernel's codes; it is imported only when needed
 START_CAPACITY, MOST_STEPS = 24, 20_000
 NOTICE = "tendonrod: compiling the statics kernel, about 20 s, once per installation"
+RETRACTED = 1e-200  # m of exposed length below which nothing is exposed
 PATIENCE = 2.0  # s after which loading the kernel must be compiling it
 _kernel = None
 
@@ -89,7 +90,7 @@ class Solution:
 
     def run(self, start: Solution | None = None) -> int:
         """Solve, from ``start`` if given, with as much room as it takes. Returns and keeps the kernel's code."""
-        if self.length == 0.0:
+        if self.length < RETRACTED:
             return self._retract()
         kernel, spare = compiled(), 2 * len(self.tendons) + 2
         capacity = max(START_CAPACITY, int(self.problem[27]) + spare, start.steps + spare if start else 0)
@@ -113,11 +114,13 @@ class Solution:
         rows.setflags(write=False)
         return rows
 
-    def is_stable(self) -> bool:
-        """Whether the second variation is positive (docs/method)."""
-        if self.length == 0.0:
+    def is_stable(self) -> bool | None:
+        """Whether the second variation is positive (docs/method); None where moments act, which have no potential."""
+        if self.length < RETRACTED:
             return True
         kernel = compiled()
+        if not kernel.conservative(self.problem[:12]):
+            return None
         where = self.rod, self.tendons, self.problem, self.state, self.half, self.steps
         return kernel.stability(*where, np.empty(kernel.SCRATCH)) > 0
 
