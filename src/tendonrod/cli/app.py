@@ -44,7 +44,7 @@ COMMANDS = {
         "tendonrod ftl exonav-1 --target 0.7 --gravity -9.81,0,0 --output plan.csv",
         "tendonrod ftl exonav-1 --target 0.7 --gravity -9.81,0,0 --freedom full --json",
     ),
-    reproduce: ("tendonrod reproduce --output /tmp/paper",),
+    reproduce: ("tendonrod reproduce --output paper-report",),
 }
 for command, examples in COMMANDS.items():
     app.command(cls=_Command, epilog="\b\nExamples:\n" + "\n".join(f"  {line}" for line in examples))(command)
