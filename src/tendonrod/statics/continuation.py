@@ -23,12 +23,26 @@ def follow_load(target: Solution) -> tuple[Solution, float]:
     for way in ways:
         last, reached = _walk(target, way)
         if last is not None and reached == 1.0:
-            arrived = Solution(target.rod, target.tendons, target.problem.copy())
-            if arrived.run(last) == CONVERGED:
+            arrived = _arrive(target, last)
+            if arrived is not None:
                 return arrived, 1.0
         farthest.append(min(reached, 1.0 - SMALLEST))
         target.code = LOCAL_FAILED if last is None else STALLED
     return target, farthest[0]
+
+
+def _arrive(target: Solution, last: Solution) -> Solution | None:
+    """The full load's solution at the accuracy that was asked for; from finer grids where it is not found at once."""
+    for _ in range(5):
+        arrived = Solution(target.rod, target.tendons, target.problem.copy())
+        if arrived.run(last) == CONVERGED:
+            return arrived
+        finer = Solution(target.rod, target.tendons, target.problem.copy())
+        finer.problem[27] = 2 * last.steps
+        if finer.run(last) != CONVERGED:
+            return None
+        last = finer
+    return None
 
 
 def _walk(target: Solution, way) -> tuple[Solution | None, float]:
