@@ -371,6 +371,12 @@ def conservative(load):
 
 
 @jit
+def positive3(a, b, c, d, e, f):
+    """Whether the symmetric [[a, b, c], [b, d, e], [c, e, f]] is positive definite, by its leading minors."""
+    return a > 0.0 and a * d - b * b > 0.0 and a * (d * f - e * e) - b * (b * f - c * e) + c * (b * e - c * d) > 0.0
+
+
+@jit
 def steady(w):
     """Whether Theta' dM at the end of the varied walk is positive definite: with no conjugate point before, stability.
 
@@ -386,7 +392,7 @@ def steady(w):
                + w[y + 12] * w[y + 3] + w[y + 13] * w[y + 4] + w[y + 14] * w[y + 5])  # fmt: skip
     e = 0.5 * (w[y + 6] * w[y + 15] + w[y + 7] * w[y + 16] + w[y + 8] * w[y + 17]
                + w[y + 12] * w[y + 9] + w[y + 13] * w[y + 10] + w[y + 14] * w[y + 11])  # fmt: skip
-    return a > 0.0 and a * d - b * b > 0.0 and a * (d * f - e * e) - b * (b * f - c * e) + c * (b * e - c * d) > 0.0
+    return positive3(a, b, c, d, e, f)
 
 
 @jit
@@ -616,7 +622,7 @@ def onward(before, after, w):
             S[i, j] = before[6 * i] * y0 + before[6 * i + 1] * y1 + before[6 * i + 2] * y2
     a, d, f = S[0, 0], S[1, 1], S[2, 2]
     b, c, e = 0.5 * (S[0, 1] + S[1, 0]), 0.5 * (S[0, 2] + S[2, 0]), 0.5 * (S[1, 2] + S[2, 1])
-    return a > 0.0 and a * d - b * b > 0.0 and a * (d * f - e * e) - b * (b * f - c * e) + c * (b * e - c * d) > 0.0
+    return positive3(a, b, c, d, e, f)
 
 
 @jit
