@@ -1,7 +1,6 @@
 """Compiled statics of one rod: arrays in, arrays out, nothing allocated. Derivation: docs/method.rst.
 
-One file on purpose: Numba's cache on disk watches only the file in which a function stands, so a kernel spread over
-several would go on running old code after a change in one of them. Order: section, step, walk, shooting, whole solve.
+Order: section, step, walk, shooting, whole solve.
 
 Field symbols throughout. ``p, R`` place and orientation of the section, ``v, u`` its strains (local frame), ``N, M`` total
 internal force and moment (world frame), ``n, m`` the same in the local frame, ``r`` tendon, ``t`` its unit tangent.
@@ -19,25 +18,16 @@ Arrays shared by every function
 
 import math
 
-from numba import njit
+from .kernel_jit import jit
 
 GAUSS = 0.5 - math.sqrt(3.0) / 6.0  # nodes of the two-point Gauss rule: GAUSS and 1 - GAUSS
-# Integrals from 0 to each Gauss node of the parabola through (0, 0), (c1, P1), (c2, P2), as weights on P1 and P2.
-_c1, _c2 = GAUSS, 1.0 - GAUSS
-_W = [
-    (c**2 / 2 * -_c2 / (_c1 * (_c1 - _c2)) + c**3 / 3 / (_c1 * (_c1 - _c2)),
-     c**2 / 2 * -_c1 / (_c2 * (_c2 - _c1)) + c**3 / 3 / (_c2 * (_c2 - _c1)))
-    for c in (_c1, _c2)
-]  # fmt: skip
-W11, W12, W21, W22 = *_W[0], *_W[1]
+A11, A12, A21, A22 = 0.25, GAUSS - 0.25, 0.75 - GAUSS, 0.25  # Gauss collocation: integrals from 0 to each node
 
 C1, C2, FRAME1, FRAME2, MOMENT1, MOMENT2 = 0, 36, 72, 84, 96, 99
 VARIED, SLOPE, STAGE, RATIO, STRAINS, NEXT, KEPT, MATRICES = 102, 120, 156, 162, 163, 175, 190, 298
 SCRATCH = 316
 AT_ONCE = 0.15  # of the length: motion of the tip by the loads that a cold start may find at once
 CONVERGED, LOCAL_FAILED, STALLED, TOO_SMALL = 0, 1, 2, 3
-
-jit = njit(cache=True, error_model="numpy", fastmath={"contract", "nsz", "arcp"})
 
 
 @jit
@@ -256,10 +246,10 @@ def step(rod, tendons, load, length, s_exit, s, h, g, at, M, mat, x, k, tol, g_o
         magnus(g, at, x, k, c2, h, w, FRAME2)
         d0, d1, d2 = w[FRAME1] - g[at], w[FRAME1 + 1] - g[at + 1], w[FRAME1 + 2] - g[at + 2]
         e0, e1, e2 = w[FRAME2] - g[at], w[FRAME2 + 1] - g[at + 1], w[FRAME2 + 2] - g[at + 2]
-        moment_after(load, N0, N1, N2, c1, d0, d1, d2, h * (W11 * d0 + W12 * e0), h * (W11 * d1 + W12 * e1),
-                     h * (W11 * d2 + W12 * e2), M, mat, w, MOMENT1)  # fmt: skip
-        moment_after(load, N0, N1, N2, c2, e0, e1, e2, h * (W21 * d0 + W22 * e0), h * (W21 * d1 + W22 * e1),
-                     h * (W21 * d2 + W22 * e2), M, mat, w, MOMENT2)  # fmt: skip
+        moment_after(load, N0, N1, N2, c1, d0, d1, d2, h * (A11 * d0 + A12 * e0), h * (A11 * d1 + A12 * e1),
+                     h * (A11 * d2 + A12 * e2), M, mat, w, MOMENT1)  # fmt: skip
+        moment_after(load, N0, N1, N2, c2, e0, e1, e2, h * (A21 * d0 + A22 * e0), h * (A21 * d1 + A22 * e1),
+                     h * (A21 * d2 + A22 * e2), M, mat, w, MOMENT2)  # fmt: skip
         dv, du = stage(rod, tendons, s_m + c1, s_mid, N0 - load[6] * c1, N1 - load[7] * c1, N2 - load[8] * c1,
                        w, FRAME1, w, MOMENT1, x, k, w, C1)  # fmt: skip
         ev, eu = stage(rod, tendons, s_m + c2, s_mid, N0 - load[6] * c2, N1 - load[7] * c2, N2 - load[8] * c2,
@@ -330,10 +320,10 @@ def vary_step(load, length, s, h, x, k, sweeps, w):
             w[k1 + q] = w[k2 + q]
         for _ in range(sweeps):
             for q in range(6):
-                w[STAGE + q] = w[y + q] + h * (0.25 * w[k1 + q] + (GAUSS - 0.25) * w[k2 + q])
+                w[STAGE + q] = w[y + q] + h * (A11 * w[k1 + q] + A12 * w[k2 + q])
             vary(w, FRAME1, MOMENT1, x, k, C1, a0, a1, a2, k1)
             for q in range(6):
-                w[STAGE + q] = w[y + q] + h * ((0.75 - GAUSS) * w[k1 + q] + 0.25 * w[k2 + q])
+                w[STAGE + q] = w[y + q] + h * (A21 * w[k1 + q] + A22 * w[k2 + q])
             vary(w, FRAME2, MOMENT2, x, k + 6, C2, b0, b1, b2, k2)
         for q in range(6):
             w[y + q] += 0.5 * h * (w[k1 + q] + w[k2 + q])

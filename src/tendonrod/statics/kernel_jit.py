@@ -1,0 +1,20 @@
+"""How the kernels are compiled: `jit`, with a cache on disk that watches every kernel file.
+
+Numba's own cache watches only the file in which a function stands; a function that calls one of another file would go
+on running old code after a change there. Here the freshness of every function is that of all files named kernel*.py.
+"""
+
+from pathlib import Path
+
+from numba import njit
+
+_FILES = sorted(Path(__file__).parent.glob("kernel*.py"))
+_STAMP = tuple((file.name, file.stat().st_mtime_ns, file.stat().st_size) for file in _FILES)
+
+
+def jit(function):
+    """``function`` compiled by Numba, without Python's lock and with the cache on disk."""
+    options = {"error_model": "numpy", "fastmath": {"contract", "nsz", "arcp"}, "nogil": True}
+    compiled = njit(cache=True, **options)(function)
+    compiled._cache._impl._locator.get_source_stamp = lambda: _STAMP
+    return compiled
