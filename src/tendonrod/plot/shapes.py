@@ -83,7 +83,7 @@ def _checked_labels(shapes: list[Shape], labels: Sequence[str] | None) -> list[s
 def _load_text(shape: Shape) -> str:
     tensions = ", ".join(f"{tension:.3g}" for tension in shape.tensions)
     pulled = f" at ({tensions}) N" if len(shape.tensions) > 1 else f" at {tensions} N" if tensions else ""
-    return shape.robot.name + pulled + (", with load" if np.any(shape.line_force) else "")
+    return shape.robot.name + pulled + (", with load" if shape.loaded else "")
 
 
 def _style(name: str, colour: str, alone: bool) -> dict[str, Any]:

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from itertools import pairwise
+from typing import TypeVar
 
 import numpy as np
 
+from .newton import NewtonSolution
 from .solution import CONVERGED, LOCAL_FAILED, STALLED, Solution
+
+S = TypeVar("S", Solution, NewtonSolution)
 
 STEPS = 32  # of the integrator, while under way
 FARTHEST = 0.05  # of the length: motion of the body in one step above which the step is halved, lest a branch be jumped
@@ -16,9 +20,9 @@ SMALLEST = 1.0 / 65536  # step of the load factor at which the way counts as clo
 WAYS = (((0.0, 1.0), (1.0, 1.0)), ((0.0, 0.0), (1.0, 1.0)), ((0.0, 0.0), (1.0, 0.0), (1.0, 1.0)))
 
 
-def follow_load(target: Solution) -> tuple[Solution, float]:
+def follow_load(target: S) -> tuple[S, float]:
     """(solution of ``target``'s problem, 1), or where no way leads there, (``target`` as failed, load factor)."""
-    ways = WAYS if target.problem[:12].any() and target.tendons[:, 6].any() else WAYS[1:2]  # else all are the same
+    ways = WAYS if target.loaded and target.tensions.any() else WAYS[1:2]  # else all are the same
     farthest = []
     for way in ways:
         last, reached = _walk(target, way)
@@ -31,21 +35,20 @@ def follow_load(target: Solution) -> tuple[Solution, float]:
     return target, farthest[0]
 
 
-def _arrive(target: Solution, last: Solution) -> Solution | None:
+def _arrive(target: S, last: S) -> S | None:
     """The full load's solution at the accuracy that was asked for; from finer grids where it is not found at once."""
     for _ in range(5):
-        arrived = Solution(target.rod, target.tendons, target.problem.copy())
+        arrived = target.again()
         if arrived.run(last) == CONVERGED:
             return arrived
-        finer = Solution(target.rod, target.tendons, target.problem.copy())
-        finer.problem[27] = 2 * last.steps
+        finer = target.again(2 * last.steps)
         if finer.run(last) != CONVERGED:
             return None
         last = finer
     return None
 
 
-def _walk(target: Solution, way) -> tuple[Solution | None, float]:
+def _walk(target: S, way) -> tuple[S | None, float]:
     """Last solution on the way, None if not even its start has one, and the share of the way that was gone."""
     load, tension = way[0]
     last, done = _next(target, load, tension, None, False), 0.0
@@ -65,13 +68,9 @@ def _walk(target: Solution, way) -> tuple[Solution | None, float]:
     return last, done
 
 
-def _next(target: Solution, load: float, tension: float, last: Solution | None, keep_stable: bool) -> Solution | None:
+def _next(target: S, load: float, tension: float, last: S | None, keep_stable: bool) -> S | None:
     """Solution at these factors, if there is one near the last."""
-    problem, tendons = target.problem.copy(), target.tendons.copy()
-    problem[:12] *= load
-    tendons[:, 6] *= tension
-    problem[27] = max(STEPS, int(problem[27]))
-    found = Solution(target.rod, tendons, problem)
+    found = target.scaled(load, tension, STEPS)
     if found.run(last) != CONVERGED:
         return None
     if last is None or last.steps != found.steps:

@@ -5,18 +5,24 @@ continuation.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import cos, inf, isfinite, sin
+from math import cos, inf, isfinite, nan, sin
 
 import numpy as np
 
 from ..errors import InvalidInput, NotConverged, finite, nonnegative, vector, whole, within
+from ..loads import Load
 from ..robot import Robot, as_robot
+from ..rotation import exp_so3
+from ..surface import Surface
 from .continuation import follow_load
+from .newton import NewtonSolution
+from .problem import rod_problem
 from .shape import Shape, Status, arc_lengths
 from .solution import CONVERGED, MOST_STEPS, RETRACTED, TOO_SMALL, Solution
 
 Vector = Sequence[float] | np.ndarray
 ZERO = (0.0, 0.0, 0.0)
+STRAIGHT = (0.0, 0.0)
 _OUTCOME = {0: Status.CONVERGED, 1: Status.LOCAL_FAILED, 2: Status.STALLED, 3: Status.TOO_FINE}
 
 
@@ -35,20 +41,38 @@ def solve(
     steps: int | None = None,
     start: Shape | None = None,
     throw: bool = True,
+    *,
+    loads: Sequence[Load] = (),
+    exit_pose: np.ndarray | Sequence[Sequence[float]] | None = None,
+    exit_tilt: Sequence[float] | np.ndarray = STRAIGHT,
+    exit_offset: Sequence[float] | np.ndarray = STRAIGHT,
+    centroid_weight: bool = False,
+    displacements: float | Sequence[float | None] | np.ndarray | None = None,
+    history: Shape | None = None,
+    surface: Surface | None = None,
+    contact_tolerance: float = 1e-5,
 ) -> Shape:
-    """Static equilibrium of the exposed robot under tendon tensions and dead loads.
+    """Static equilibrium of the exposed robot under tendon tensions and loads.
 
     - tensions: N, >= 0, one number (for every tendon) or (n_tendons,).
     - gravity: (3,) m/s2, world frame.
     - tip_force (3,) N, tip_moment (3,) N m, distributed_force (3,) N/m, distributed_moment (3,) N m per metre of s:
-      dead loads, world frame.
+      dead loads on the neutral axis, world frame.
     - insertion: exposed share eta in [0, 1].
-    - rotation: angle (rad) of the section frame at the outer tube's exit about world z, R(0) = Rz(rotation),
+    - rotation: angle (rad) of the section frame at the outer tube's exit about its z, R(0) = Rz(rotation),
       p(0) = Rz(rotation) [-r_na, 0, 0]; 0 is what follow-the-leader motion gives.
     - s: arc lengths (m) from the exit at which to report, None for the integrator's nodes.
     - accuracy: position error (m) anywhere on the body, from 1e-12 to 1.
     - steps: fixes the number of integration steps instead, without an error estimate (NaN).
     - start: a neighbouring solution to start from; the accuracy stays the one asked for.
+    - loads: `PointLoad`, `LumpedMass`, `DistributedLoad` anywhere on the robot, dead or turning with it.
+    - exit_pose: (4, 4) T_world_exit of the outer tube's exit, None for the identity.
+    - exit_tilt (2,) rad about the exit's x and y, exit_offset (2,) m along them: clearance in the outer tube.
+    - displacements: pulled length of each tendon from slack (m), one number or (n_tendons,), None for a tendon whose
+      tension is given; with the tendons' axial_stiffness and free_length. Negative is slack.
+    - history: the shape before, whose tensions friction holds on to; None where all tendons were pulled from slack.
+    - surface: what the tube may not enter (`tendonrod.surface`); contact_tolerance: by how much at most, m.
+    - centroid_weight: weight acts at the mass centroid of the section (docs/derivations), not on the neutral axis.
 
     Returns a `Shape`. Raises `InvalidInput`; `NotConverged` unless ``throw`` is False, which returns the status
     instead. Source: Cosserat rod of the paper's eqs. 1-5 with the corrections of docs/derivations, in total-force form.
@@ -57,7 +81,8 @@ def solve(
         raise InvalidInput("start", start, "a Shape or None")
     solution = prepare(
         robot, tensions, gravity, tip_force, tip_moment, distributed_force, distributed_moment, insertion, rotation,
-        accuracy, steps,
+        accuracy, steps, loads=loads, exit_pose=exit_pose, exit_tilt=exit_tilt, exit_offset=exit_offset,
+        centroid_weight=centroid_weight, displacements=displacements, history=history, surface=surface, contact_tolerance=contact_tolerance,
     )  # fmt: skip
     at = None if s is None else arc_lengths(s, solution.length)
     solution, reached = _solved(solution, start)
@@ -67,7 +92,7 @@ def solve(
             at = np.zeros(1) if solution.length < RETRACTED else solution.grid
         rows = solution.rows(at)
     elif throw:
-        raise _failure(status, reached, solution.stats[0])
+        raise _failure(status, reached, solution.residual)
     else:
         at = np.linspace(0.0, solution.length, 2) if at is None else at
         rows = np.full((at.size, 24), np.nan)
@@ -88,14 +113,50 @@ def prepare(
     rotation: float = 0.0,
     accuracy: float = 1e-6,
     steps: int | None = None,
-) -> Solution:
-    """The checked problem in the kernel's arrays, ready to `run`; arguments and errors as `solve`."""
-    rod, tendons = as_robot(robot).rod_constants, _tendon_table(robot, tensions)
-    loads = gravity, tip_force, tip_moment, distributed_force, distributed_moment
-    problem = _problem(robot, loads, insertion, rotation)
-    problem[26] = within("accuracy", accuracy, 1e-12, 1.0)
-    problem[27] = 0 if steps is None else whole("steps", steps, 1, MOST_STEPS)
-    return Solution(rod, tendons, problem)
+    *,
+    loads: Sequence[Load] = (),
+    exit_pose: np.ndarray | Sequence[Sequence[float]] | None = None,
+    exit_tilt: Sequence[float] | np.ndarray = STRAIGHT,
+    exit_offset: Sequence[float] | np.ndarray = STRAIGHT,
+    centroid_weight: bool = False,
+    displacements: float | Sequence[float | None] | np.ndarray | None = None,
+    history: Shape | None = None,
+    surface: Surface | None = None,
+    contact_tolerance: float = 1e-5,
+) -> Solution | NewtonSolution:
+    """The checked problem in the kernel's arrays, ready to `run`; arguments and errors as `solve`.
+
+    A `Solution` (three shooting unknowns) where the section is uniform and the loads are the uniform dead ones, a
+    `NewtonSolution` for everything else.
+    """
+    table = _tendon_table(as_robot(robot), tensions)
+    dead = [_three(name, value) for name, value in (
+        ("tip_force", tip_force), ("tip_moment", tip_moment), ("distributed_force", distributed_force),
+        ("distributed_moment", distributed_moment), ("gravity", gravity))]  # fmt: skip
+    eta = within("insertion", insertion, 0.0, 1.0)
+    frame = _exit_frame(robot, (1.0 - eta) * robot.length_na, rotation, exit_pose, exit_tilt, exit_offset)
+    accuracy = within("accuracy", accuracy, 1e-12, 1.0)
+    steps = 0 if steps is None else whole("steps", steps, 1, MOST_STEPS)
+    length, s_exit = eta * robot.length_na, (1.0 - eta) * robot.length_na
+    pulled = _pulled(robot, displacements, table[:, 6])
+    plain = robot.is_uniform and pulled is None and surface is None and not robot.friction.any()
+    if length < RETRACTED or (plain and not len(loads) and not centroid_weight):
+        weight, f, g = robot.section.line_density, dead[2], dead[4]
+        problem = np.array([
+            *dead[0], *dead[1], weight * g[0] + f[0], weight * g[1] + f[1], weight * g[2] + f[2], *dead[3],
+            length, s_exit, *frame, accuracy, steps, 0.0, inf,
+        ])  # fmt: skip
+        return Solution(robot.rod_constants, table, problem, g)
+    known = {"tensions": table[:, 6].copy(), "pulled": np.full(len(table), nan) if pulled is None else pulled}
+    known |= {"history": None if history is None else _tensions_before(robot, history)}
+    known |= {"frame": np.array(frame), "length": length, "s_exit": s_exit}
+    return NewtonSolution(
+        rod_problem(
+            robot, loads, dead[4], (*dead[2], *dead[3]), (*dead[0], *dead[1]), bool(centroid_weight),
+            accuracy=accuracy, steps=steps, surface=surface,
+            contact_tolerance=contact_tolerance, **known,
+        )
+    )  # fmt: skip
 
 
 def _three(field: str, value) -> tuple[float, ...] | list[float]:
@@ -122,36 +183,73 @@ def _tendon_table(robot: Robot, tensions) -> np.ndarray:
     return table
 
 
-def _problem(robot: Robot, loads, insertion: float, rotation: float) -> np.ndarray:
-    gravity, tip_force, tip_moment, distributed_force, distributed_moment = loads
-    section = robot.section
-    eta = within("insertion", insertion, 0.0, 1.0)
+def _pulled(robot: Robot, displacements, tensions: np.ndarray) -> np.ndarray | None:
+    """(n_tendons,) pulled lengths, NaN where the tension is given; None where all are."""
+    if displacements is None:
+        return None
+    if robot.n_tendons == 0:
+        raise InvalidInput("displacements", displacements, f"left out: {robot.name} has no tendons")
+    values = [displacements] * robot.n_tendons if np.ndim(displacements) == 0 else list(displacements)
+    if len(values) != robot.n_tendons:
+        raise InvalidInput("displacements", displacements, f"{robot.n_tendons} numbers, None where a tension is given")
+    pulled = np.full(robot.n_tendons, nan)
+    for i, value in enumerate(values):
+        if value is None:
+            continue
+        pulled[i] = finite(f"displacements[{i}]", value)
+        if tensions[i] != 0.0:
+            raise InvalidInput(f"tensions[{i}]", tensions[i], f"0 where displacements[{i}] = {value!r} is given")
+    return pulled
+
+
+def _tensions_before(robot: Robot, history: Shape) -> tuple[np.ndarray, np.ndarray]:
+    if not (isinstance(history, Shape) and history.converged and history.robot.n_tendons == robot.n_tendons):
+        raise InvalidInput("history", history, "a solved Shape of this robot")
+    solution = history._solution
+    if isinstance(solution, Solution):
+        return np.array([solution.s_exit]), solution.tensions[None].copy()
+    trial = solution.trial
+    return trial.stages + solution.s_exit, trial.share * trial.tensions
+
+
+def _exit_frame(robot: Robot, s_exit: float, rotation: float, pose, tilt, offset) -> Sequence[float]:
+    """p[3] R[9] of the first exposed section, its tube axis in the exit's middle."""
     angle = rotation if type(rotation) is float and isfinite(rotation) else finite("rotation", rotation)
-    weight = section.line_density
-    g, f = _three("gravity", gravity), _three("distributed_force", distributed_force)
-    c, d, r, L = cos(angle), sin(angle), section.r_na, section.L_na
-    return np.array([
-        *_three("tip_force", tip_force),
-        *_three("tip_moment", tip_moment),
-        weight * g[0] + f[0], weight * g[1] + f[1], weight * g[2] + f[2],
-        *_three("distributed_moment", distributed_moment),
-        eta * L, (1.0 - eta) * L,
-        -r * c, -r * d, 0.0, c, -d, 0.0, d, c, 0.0, 0.0, 0.0, 1.0,
-        0.0, 0.0, 0.0, inf,
-    ])  # fmt: skip
+    c, d = cos(angle), sin(angle)
+    x, y = (robot.section.r_na, 0.0) if robot.is_uniform else robot.axis_offset(np.array([s_exit]))[0].tolist()
+    frame = (-x * c + y * d, -x * d - y * c, 0.0, c, -d, 0.0, d, c, 0.0, 0.0, 0.0, 1.0)
+    if pose is None and tilt is STRAIGHT and offset is STRAIGHT:
+        return frame
+    T = np.eye(4) if pose is None else _pose("exit_pose", pose)
+    tilted = exp_so3(np.array([*vector("exit_tilt", tilt, 2), 0.0]))
+    R = T[:3, :3] @ tilted
+    p = T[:3, 3] + T[:3, :3] @ np.array([*vector("exit_offset", offset, 2), 0.0]) + R @ frame[:3]
+    return *p.tolist(), *(R @ np.reshape(frame[3:], (3, 3))).ravel().tolist()
 
 
-def _solved(solution: Solution, start: Shape | None) -> tuple[Solution, float]:
+def _pose(field: str, value) -> np.ndarray:
+    T = np.asarray(value, dtype=float)
+    if T.shape != (4, 4) or not np.isfinite(T).all():
+        raise InvalidInput(field, value, "a (4, 4) array of finite numbers")
+    R = T[:3, :3]
+    if not np.allclose(R @ R.T, np.eye(3), atol=1e-8) or np.linalg.det(R) < 0.0 or (T[3] != [0, 0, 0, 1]).any():
+        raise InvalidInput(field, value, "a rigid motion: a rotation, a translation and the last row 0 0 0 1")
+    return T
+
+
+def _solved(solution: Solution | NewtonSolution, start: Shape | None) -> tuple[Solution | NewtonSolution, float]:
     """(solution, load factor reached): from ``start``, else cold, else by continuation."""
     near = None
     if (
         start is not None
         and start.converged
         and start.length >= RETRACTED
-        and start.tensions.size == len(solution.tendons)
+        and start.robot.n_tendons == solution.tensions.size
     ):
         near = start._solution
-    if solution.run(near) in (CONVERGED, TOO_SMALL):
+        if isinstance(solution, Solution) and not isinstance(near, Solution):
+            near = None
+    if solution.run(near) in (CONVERGED, TOO_SMALL):  # pyright: ignore[reportArgumentType] - checked above
         return solution, 1.0
     return follow_load(solution)
 

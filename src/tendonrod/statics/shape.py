@@ -10,7 +10,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..errors import InvalidInput, numbers, whole
+from .contact import Contacts
 from .limits import shape_warnings
+from .newton import NewtonSolution
 from .solution import Solution
 
 if TYPE_CHECKING:
@@ -46,7 +48,7 @@ class Shape:
     status: Status
     load_factor: float
     _rows: np.ndarray
-    _solution: Solution
+    _solution: Solution | NewtonSolution
 
     def __repr__(self) -> str:
         tip = ", ".join(f"{1e3 * x:.4g}" for x in self.tip)
@@ -59,24 +61,23 @@ class Shape:
 
     @property
     def tensions(self) -> np.ndarray:
-        """(n_tendons,) N."""
-        return _frozen(self._solution.tendons[:, 6].copy())
+        """(n_tendons,) at the exit, N."""
+        return _frozen(self._solution.tensions.copy())
 
     @property
     def residual(self) -> float:
-        """Moment left over at the tip, in units of EI / length of the softest stiffness; dimensionless."""
-        return float(self._solution.stats[0])
+        """Imbalance left over, as a share of EI / length of the softest stiffness; dimensionless."""
+        return self._solution.residual
 
     @property
     def iterations(self) -> int:
         """Trial base moments, over all grids; of the last solve, where continuation led to it."""
-        return int(self._solution.stats[1])
+        return self._solution.iterations
 
     @property
     def error_estimate(self) -> float:
         """Estimated position error (m) anywhere on the body; 0 in closed form, NaN where ``steps`` were fixed."""
-        unknown = self._solution.problem[27] > 0.0 and self.iterations > 0
-        return float("nan") if unknown or not self.converged else float(self._solution.stats[6])
+        return self._solution.error if self.converged else float("nan")
 
     @property
     def steps(self) -> int:
@@ -116,7 +117,8 @@ class Shape:
     @cached_property
     def centerline(self) -> np.ndarray:
         """(n, 3) axis of the tube, c = p + R [r_na, 0, 0], m; what trackers, clearance and contact refer to."""
-        return self.section_point(self.robot.section.r_na, 0.0)
+        x, y = self.robot.axis_offset(self.material_coordinate).T
+        return _frozen(self.position + x[:, None] * self.rotation[:, :, 0] + y[:, None] * self.rotation[:, :, 1])
 
     @property
     def tip(self) -> np.ndarray:
@@ -131,17 +133,22 @@ class Shape:
     @property
     def insertion(self) -> float:
         """Exposed share of the robot, 0 to 1."""
-        return self.length / self.robot.section.L_na
+        return self.length / self.robot.length_na
+
+    @property
+    def loaded(self) -> bool:
+        """Whether any load acts, weight included."""
+        return self._solution.loaded
 
     @property
     def line_force(self) -> np.ndarray:
-        """(3,) distributed force per metre of s, weight included, world frame, N/m."""
-        return _frozen(self._solution.problem[6:9].copy())
+        """(n, 3) dead force per metre of s, weight included, world frame, N/m."""
+        return _frozen(self._solution.line_force(self.s))
 
     @property
     def material_coordinate(self) -> np.ndarray:
         """(n,) s_m = s + (1 - insertion) L_na, m."""
-        return self.s + self._solution.problem[13]
+        return self.s + self._solution.s_exit
 
     @cached_property
     def stable(self) -> bool | None:
@@ -156,6 +163,12 @@ class Shape:
         """Sentences on where the model ends (plateau, closed notches, lifted tendon) and whether it is unstable."""
         return shape_warnings(self)
 
+    @cached_property
+    def contacts(self) -> Contacts | None:
+        """Where the robot touches the surface that was given, with what force; None without a surface or a solution."""
+        known = isinstance(self._solution, NewtonSolution) and self.converged
+        return self._solution.contacts if known else None  # pyright: ignore[reportAttributeAccessIssue]
+
     def section_point(self, x: float, y: float) -> np.ndarray:
         """(n, 3) path of the point (x, y) of the section, measured from the neutral axis, m."""
         rotation = self._rows[:, 3:12]
@@ -167,7 +180,7 @@ class Shape:
             raise InvalidInput("i", i, f"left alone: {self.robot.name} has no tendons")
         i = whole("i", i, 0, self.robot.n_tendons - 1)
         s_m = self.material_coordinate
-        reach = s_m <= self.robot.routing[i, 5] * (1 + 1e-12)
+        reach = s_m <= self.robot.tendon_ends[i] * (1 + 1e-12)
         offset = self.robot.tendon_position(i, s_m[reach])
         return _frozen(self.position[reach] + np.einsum("nij,nj->ni", self.rotation[reach], offset))
 

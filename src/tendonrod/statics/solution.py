@@ -33,6 +33,14 @@ def compiled():
     return _kernel
 
 
+def compiled_newton():
+    """The kernel of Newton's method in the strains, compiled at first use."""
+    compiled()
+    from . import kernel_newton
+
+    return kernel_newton
+
+
 def _import_kernel():
     from numba.core import config
 
@@ -47,13 +55,13 @@ def _import_kernel():
 class Solution:
     """A rod's problem in arrays and, once `run`, its solution.
 
-    rod (13,), tendons (n, 7), problem (30,): what is asked. state, jacobian (3, 3), stats (8,): what comes of it.
+    rod (13,), tendons (n, 7), problem (30,), gravity (3,) of the weight among its loads: what is asked. state, jacobian (3, 3), stats (8,): what comes of it.
     """
 
-    __slots__ = ("code", "jacobian", "problem", "rod", "state", "stats", "tendons")
+    __slots__ = ("code", "gravity", "jacobian", "problem", "rod", "state", "stats", "tendons")
 
-    def __init__(self, rod: np.ndarray, tendons: np.ndarray, problem: np.ndarray) -> None:
-        self.rod, self.tendons, self.problem = rod, tendons, problem
+    def __init__(self, rod: np.ndarray, tendons: np.ndarray, problem: np.ndarray, gravity=(0.0, 0.0, 0.0)) -> None:
+        self.rod, self.tendons, self.problem, self.gravity = rod, tendons, problem, gravity
         self.stats, self.jacobian, self.code = np.empty(8), np.empty((3, 3)), -1
         self.state = np.empty(0)
 
@@ -61,6 +69,48 @@ class Solution:
     def length(self) -> float:
         """Exposed length of the neutral axis, m."""
         return float(self.problem[12])
+
+    @property
+    def s_exit(self) -> float:
+        """Material coordinate of the exit, m."""
+        return float(self.problem[13])
+
+    @property
+    def tensions(self) -> np.ndarray:
+        """(n_tendons,) at the exit, N."""
+        return self.tendons[:, 6]
+
+    @property
+    def accuracy(self) -> float:
+        """Position error asked for, m."""
+        return float(self.problem[26])
+
+    @property
+    def loaded(self) -> bool:
+        """Whether any load acts, weight included."""
+        return bool(self.problem[:12].any())
+
+    @property
+    def residual(self) -> float:
+        """Moment left over at the tip, in units of EI / length of the softest stiffness."""
+        return float(self.stats[0])
+
+    @property
+    def iterations(self) -> int:
+        """Trial base moments, over all grids."""
+        return int(self.stats[1])
+
+    @property
+    def error(self) -> float:
+        """Estimated position error (m); NaN where nothing is known of it."""
+        unknown = self.problem[27] > 0.0 and self.iterations > 0
+        return float("nan") if unknown else float(self.stats[6])
+
+    @property
+    def strains(self) -> np.ndarray:
+        """(2 steps, 6) strains of the stages."""
+        at = self.half * (self.state.size // 2) + 16 * (self._capacity + 1)
+        return self.state[at : at + 12 * self.steps].reshape(-1, 6)
 
     @property
     def steps(self) -> int:
@@ -105,6 +155,25 @@ class Solution:
             if self.code != TOO_SMALL or self.steps > MOST_STEPS:
                 return self.code
             capacity = self.steps + spare
+
+    def line_force(self, at: np.ndarray) -> np.ndarray:
+        """(n, 3) dead force per metre at arc lengths ``at``, weight included, N/m."""
+        return np.tile(self.problem[6:9], (at.size, 1))
+
+    def scaled(self, load: float, tension: float, steps: int) -> Solution:
+        """The same problem, unsolved, with loads and tensions multiplied and at least so many steps."""
+        problem, tendons = self.problem.copy(), self.tendons.copy()
+        problem[:12] *= load
+        tendons[:, 6] *= tension
+        problem[27] = max(steps, int(problem[27]))
+        return Solution(self.rod, tendons, problem, tuple(load * g for g in self.gravity))
+
+    def again(self, steps: int | None = None) -> Solution:
+        """The same problem, unsolved; with a fixed number of steps where it is given."""
+        copy = Solution(self.rod, self.tendons, self.problem.copy(), self.gravity)
+        if steps is not None:
+            copy.problem[27] = steps
+        return copy
 
     def rows(self, at: np.ndarray) -> np.ndarray:
         """(n, 24) read-only rows p[3] R[9] v[3] u[3] N[3] M[3] at arc lengths ``at`` (n,), m."""

@@ -1,0 +1,133 @@
+"""What drives the tendons of a trial: given tensions or pulled lengths, with friction between tendon and tube.
+
+Pulled length: d = L* - L + c tau, with L the path's length, L* that of the straight robot, c the compliance of the whole
+tendon; a tendon never pushes. Friction: what arrives at a section lies between tau exp(-mu Theta) and tau exp(mu Theta),
+Theta = integral of |u x t + t'|, and stays as it was between them. Source: docs/method, Tendons.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from .problem import RodProblem
+    from .trial import Trial
+
+MIDDLE = 3**0.5 / 6  # offset of the Gauss nodes from the middle of a step, in steps
+WITHIN = np.array([[0.25, 0.25 - MIDDLE], [0.25 + MIDDLE, 0.25]])  # integrals from the step's start to its stages
+FINEST = 1e-13  # m, smallest change of a tendon's length worth another round
+ROUNDS = 60
+
+
+class Strands:
+    """The tendons' paths through one trial."""
+
+    def __init__(self, problem: RodProblem, trial: Trial) -> None:
+        robot, T = problem.robot, trial.n_tendons
+        self.problem = problem
+        self.q, self.pull = np.empty((2 * trial.n, T, 3)), np.empty((2 * trial.n, T, 6))
+        self.along(trial, np.ascontiguousarray(trial.station[:, 6:12]))
+        self.rest = np.linalg.norm(self.q, axis=2)  # |q| of the straight robot
+        retracted = np.minimum(problem.s_exit, robot.tendon_ends) * self.rest[0]
+        self.compliance = robot.tendon_compliance
+        self.outside = robot.free_lengths + retracted
+        self.rubs = bool((robot.friction > 0.0).any())
+        self.driven = np.flatnonzero(~np.isnan(problem.pulled))
+        self.slopes = _differences(problem, trial) if self.rubs else None
+
+    def along(self, trial: Trial, x: np.ndarray) -> None:
+        """q = u x r + r' + v and the pull (t, r x t) of every tendon for strains x (2n, 6)."""
+        trial.kernel.strands(trial.station, trial.n_tendons, trial.grid, x, self.q, self.pull)
+
+    def shorter(self, trial: Trial) -> np.ndarray:
+        """(T,) by how much the path through the exposed robot is shorter than in the straight one, m."""
+        return trial.weights @ (self.rest - np.linalg.norm(self.q, axis=2))
+
+    def stretch(self, trial: Trial) -> np.ndarray:
+        """(T,) elongation of the tendons per tension at the exit, m/N."""
+        return self.compliance * (self.outside + trial.weights @ (self.rest * trial.share))
+
+    def turn(self, trial: Trial) -> np.ndarray:
+        """(2n, T) angle Theta through which each tendon has turned from the exit to each stage, rad."""
+        size = np.linalg.norm(self.q, axis=2, keepdims=True)
+        t = np.divide(self.q, size, out=np.zeros_like(self.q), where=size > 0.0)
+        index, weight = self.slopes  # pyright: ignore[reportGeneralTypeIssues] - set where a tendon rubs
+        dq = np.einsum("jk,jkti->jti", weight, self.q[index])
+        dt = np.divide(dq - t * (t * dq).sum(axis=2, keepdims=True), size, out=np.zeros_like(t), where=size > 0.0)
+        bent = np.linalg.norm(np.cross(trial.x[:, None, 3:], t) + dt, axis=2)
+        per_step = np.diff(trial.grid)[:, None, None] * bent.reshape(trial.n, 2, -1)
+        before = np.cumsum(per_step.mean(axis=1), axis=0) - per_step.mean(axis=1)
+        return (before[:, None] + np.einsum("ij,kjt->kit", WITHIN, per_step)).reshape(2 * trial.n, -1)
+
+    def update(self, trial: Trial) -> float:
+        """Correct the tensions of a balanced trial; returns by how much tendons still move because of it, m."""
+        self.along(trial, trial.x)
+        before = trial.share * trial.tensions
+        if self.driven.size:
+            trial.tensions = self._corrected(trial)
+        if self.rubs:
+            rubbed = self.problem.robot.friction * self.turn(trial)
+            low, high = trial.tensions * np.exp(-rubbed), trial.tensions * np.exp(rubbed)
+            tau = low if self.problem.history is None else np.clip(self._held(trial), low, high)
+            trial.share = np.divide(tau, trial.tensions, out=np.ones_like(tau), where=trial.tensions > 0.0)
+        trial.place()
+        soft = np.einsum("jti,ji->jt", self.pull**2, 1.0 / trial.station[:, :6])
+        return float(np.abs(trial.weights @ (soft * (trial.share * trial.tensions - before))).max(initial=0.0))
+
+    def guess(self, trial: Trial) -> None:
+        """Tensions that the straight robot's compliance gives for the pulled lengths."""
+        soft = np.einsum("jti,ji->jt", self.pull**2, 1.0 / trial.station[:, :6])
+        per_newton = trial.weights @ soft + self.stretch(trial)
+        for i in self.driven:
+            trial.tensions[i] = max(0.0, self.problem.pulled[i] / per_newton[i])
+        trial.place()
+
+    def missing(self, trial: Trial) -> np.ndarray:
+        """(T,) pulled length that the shape does not account for, m; NaN where the tension is given."""
+        return self.problem.pulled - self.shorter(trial) - self.stretch(trial) * trial.tensions
+
+    def _corrected(self, trial: Trial) -> np.ndarray:
+        """Tensions by Newton's method in the pulled lengths, slack tendons left out."""
+        missing, tensions = self.missing(trial), trial.tensions.copy()
+        trial.factor()
+        active = [i for i in self.driven if tensions[i] > 0.0 or missing[i] > 0.0]
+        forced = {i: (trial.share[:, i, None] * self.pull[:, i]) for i in active}
+        answers = {i: trial.respond(forced[i])[0].copy() for i in active}
+        while active:
+            by = [[-(trial.weights[:, None] * self.pull[:, i] * answers[j]).sum() for j in active] for i in active]
+            slope = np.array(by) + np.diag(self.stretch(trial)[active])
+            change = np.linalg.solve(slope, missing[active])
+            slack = [i for i, by in zip(active, change, strict=True) if tensions[i] + by < 0.0]
+            if not slack:
+                tensions[active] += change
+                break
+            for i in slack:
+                tensions[i] = 0.0
+                active.remove(i)
+        return tensions
+
+    def _held(self, trial: Trial) -> np.ndarray:
+        """(2n, T) tensions before, at the stages; beyond what was exposed then, those nearest to it."""
+        s_m, tau = self.problem.history  # pyright: ignore[reportGeneralTypeIssues]
+        at = trial.stages + self.problem.s_exit
+        return np.stack([np.interp(at, s_m, tau[:, i]) for i in range(trial.n_tendons)], axis=1)
+
+
+def _differences(problem: RodProblem, trial: Trial) -> tuple[np.ndarray, np.ndarray]:
+    """(2n, 4) stages and weights of the derivative along s, by cubics that do not reach across a break."""
+    s, index, weight = trial.stages, np.zeros((2 * trial.n, 4), dtype=int), np.zeros((2 * trial.n, 4))
+    marks = np.unique(np.concatenate([[0.0], problem.robot.breaks - problem.s_exit, [problem.length]]))
+    part = np.searchsorted(marks, s)
+    for j in range(len(s)):
+        near = np.flatnonzero(part == part[j])
+        first = min(max(j - 1, near[0]), max(near[0], near[-1] - 3))
+        chosen = np.arange(first, min(first + 4, near[-1] + 1))
+        index[j, : len(chosen)] = chosen
+        scale = max(abs(s[chosen] - s[j]).max(), 1e-300)
+        powers = ((s[chosen] - s[j]) / scale)[None] ** np.arange(len(chosen))[:, None]
+        target = np.zeros(len(chosen))
+        target[1:2] = 1.0 / scale
+        weight[j, : len(chosen)] = np.linalg.solve(powers, target)
+    return index, weight

@@ -1,0 +1,253 @@
+"""`Trial`: a rod on one grid, a possible shape of it, and Newton's method that brings it into balance."""
+
+from __future__ import annotations
+
+from math import inf
+from typing import Protocol
+
+import numpy as np
+
+from .actuation import Strands
+from .contact import Contact
+from .problem import RodProblem
+from .solution import compiled_newton
+
+GAUSS = 0.5 - 3**0.5 / 6  # nodes of the two-point Gauss rule: GAUSS and 1 - GAUSS
+ITERATIONS = 60
+LEAST_DAMPING = 1.0 / 256  # of a correction, below which the way counts as closed
+FARTHEST_TURN = 1.0  # rad by which one correction may turn a section
+
+
+class Strained(Protocol):
+    """What a trial can begin from."""
+
+    @property
+    def grid(self) -> np.ndarray: ...  # noqa: D102
+
+    @property
+    def strains(self) -> np.ndarray: ...  # noqa: D102
+
+
+class Trial:
+    """A rod on one grid: its strains x (2n, 6), and what follows from them; arrays as in `kernel_newton`."""
+
+    def __init__(self, problem: RodProblem, grid: np.ndarray) -> None:
+        self.kernel, self.problem, self.grid = compiled_newton(), problem, grid
+        n = self.n = len(grid) - 1
+        T = self.n_tendons = problem.robot.n_tendons
+        self.station = np.empty((2 * n, self.kernel.TENDON + self.kernel.TENDON_WIDTH * T))
+        self.tensions = problem.tensions.copy()
+        self.share = np.ones((2 * n, T))  # of the tension at the exit that arrives at a stage
+        self.x = np.empty((2 * n, 6))
+        self.start, self.end, self.frame = np.empty((n, 12)), np.empty((n, 12)), np.empty((2 * n, 12))
+        self.start[0] = problem.frame
+        self.start[0, :3] = 0.0
+        self.touch = np.zeros((2 * n + 1, 12))
+        self.wrench, self.inner, self.left = np.empty((n + 1, 6)), np.empty((2 * n, 6)), np.empty((2 * n, 6))
+        self.hessian, self.work = np.empty((2 * n, 6, 6)), np.empty((4, 12, 12))
+        self.E, self.Q, self.X = np.empty((n, 3, 6, 12)), np.empty((n, 12, 12)), np.empty((n, 12, 6))
+        self.K, self.S = np.empty((2 * n, 6, 6)), np.empty((n + 1, 6, 6))
+        self.strain, self.twist, self.y = np.empty((2 * n, 6)), np.empty((n + 1, 6)), np.empty((n, 12))
+        self.at_rest = np.zeros((2 * n, 6)), np.zeros((n, 3, 6)), np.zeros((n + 1, 6)), np.zeros(6)
+        self.points, self.joints = self._at_nodes(problem.points), self._at_nodes(problem.robot.joints)
+        self.energy, self.negative = inf, 0
+        self.place()
+        self.contact = None if problem.surface is None else Contact(problem, self)
+        self.strands = Strands(problem, self) if problem.answers else None
+
+    @property
+    def strains(self) -> np.ndarray:
+        """(2n, 6) strains of the stages."""
+        return self.x
+
+    @property
+    def stages(self) -> np.ndarray:
+        """(2n,) arc lengths of the stages, m."""
+        return (self.grid[:-1, None] + np.diff(self.grid)[:, None] * np.array([GAUSS, 1.0 - GAUSS])).ravel()
+
+    @property
+    def weights(self) -> np.ndarray:
+        """(2n,) weights of the stages in an integral over s, m."""
+        return np.repeat(0.5 * np.diff(self.grid), 2)
+
+    def place(self) -> None:
+        """Sections, tendons and dead loads at the stages."""
+        p = self.problem
+        self.kernel.place(
+            p.robot.section_table, p.robot.tendon_table, p.robot.tendon_ends, self.share * self.tensions, p.spread,
+            p.world, p.axis, p.s_exit, self.grid, self.n, self.station,
+        )  # fmt: skip
+
+    def relax(self) -> bool:
+        """Take the strains of the rod under its tendons alone. False where there are none."""
+        self.x[0] = self.station[0, 6:12]
+        p = self.problem
+        return self.kernel.relax(self.station, self.n_tendons, p.length, p.robot.rod_constants[12], self.x, self.work)
+
+    def begin(self, other: Strained) -> None:
+        """Take over the strains of another grid, linear within each of its steps and stretched to this length."""
+        if self.contact is not None and isinstance(other, Trial) and other.contact is not None:
+            self.contact.begin(other.contact)
+        if isinstance(other, Trial) and self.strands is not None:
+            self.tensions, self.share = other.tensions.copy(), other.share_at(self.stages)
+            self.place()
+        if len(other.strains) == len(self.x):
+            self.x[:] = other.strains
+            return
+        grid = other.grid * (self.grid[-1] / other.grid[-1])
+        k = np.clip(np.searchsorted(grid, 0.5 * (self.grid[:-1] + self.grid[1:])) - 1, 0, len(grid) - 2).repeat(2)
+        c = ((self.stages - grid[k]) / np.diff(grid)[k] - GAUSS) / (1.0 - 2.0 * GAUSS)
+        one, two = other.strains[2 * k], other.strains[2 * k + 1]
+        self.x[:] = one + c[:, None] * (two - one)
+
+    def share_at(self, s: np.ndarray) -> np.ndarray:
+        """(k, T) shares of the tensions that arrive at arc lengths ``s`` (k,)."""
+        return np.stack([np.interp(s, self.stages, self.share[:, i]) for i in range(self.n_tendons)], axis=1)
+
+    def walk(self) -> None:
+        """Frames, wrenches and imbalance of the strains."""
+        self.kernel.walk_out(self.grid, self.n, self.joints, self.x, self.start, self.end, self.frame)
+        if self.contact is not None:
+            self.contact.touch(self)
+        self.energy = self.kernel.walk_back(
+            self.grid, self.n, self.station, self.n_tendons, self.points, self.x, self.end, self.frame, self.touch,
+            self.wrench, self.inner, self.left, self.hessian, self.work[0, :2].reshape(-1),
+        )  # fmt: skip
+
+    def factor(self, stiffer: float = 0.0) -> int:
+        """Factors of the linearised rod; returns the number of directions in which the energy falls.
+
+        stiffer: share by which the sections are stiffened, to make them fewer.
+        """
+        hessian = self.hessian if stiffer == 0.0 else (1.0 + stiffer) * self.hessian
+        self.negative = self.kernel.factor(
+            self.grid, self.n, self.station, self.points, self.x, self.start, self.end, self.frame, self.touch,
+            self.inner, hessian, self.E, self.Q, self.X, self.K, self.S, self.work,
+        )  # fmt: skip
+        return self.negative
+
+    def respond(self, left=None, stage_twist=None, stage_load=None, node_load=None, base=None):
+        """(strains (2n, 6), twists of the nodes (n+1, 6)) that answer the forcing; see `kernel_newton.respond`."""
+        given = (left, stage_twist, stage_load, node_load, base)
+        zero, no_twist, no_load, at_rest = self.at_rest
+        forcing = [b if a is None else a for a, b in zip(given, (zero, no_twist, zero, no_load, at_rest), strict=True)]
+        self.kernel.respond(
+            self.grid, self.n, self.frame, self.E, self.Q, self.X, self.K, self.S, self.inner, *forcing, self.strain,
+            self.twist, self.y, self.work,
+        )  # fmt: skip
+        return self.strain, self.twist
+
+    def settle(self, tolerance: float) -> int:
+        """Newton's method, damped so that every correction is smaller than the one before.
+
+        tolerance: size of the last correction, m. Returns the number of iterations, negative where they lead nowhere.
+        """
+        self.walk()
+        for iteration in range(1, ITERATIONS):
+            self.factor()
+            step, twist = self.respond(self.left)
+            size = self._size(step, twist)
+            if not np.isfinite(size):
+                return -iteration
+            if size < tolerance:
+                self.x += step
+                self.walk()
+                return iteration
+            step, held = step.copy(), self.x.copy()
+            damping = min(1.0, FARTHEST_TURN / np.abs(twist[:, 3:]).max(initial=1e-300))
+            while True:
+                np.add(held, damping * step, out=self.x)
+                self.walk()
+                again = self._size(*self.respond(self.left))
+                if again <= (1.0 - 0.25 * damping) * size or again < tolerance:
+                    break
+                damping *= 0.5
+                if damping < LEAST_DAMPING:
+                    return -iteration
+            if damping == 1.0 and again < min(tolerance, 0.1 * size):
+                self.x += self.strain
+                self.walk()
+                return iteration
+        return -ITERATIONS
+
+    def descend(self, tolerance: float) -> int:
+        """Newton's method that goes down in energy: stiffened while the Hessian is not positive, damped by line search.
+
+        For loads with a potential. Arguments and result as `settle`.
+        """
+        self.walk()
+        stiffer = 0.0
+        for iteration in range(1, ITERATIONS):
+            energy, weights = self._potential(), self.weights[:, None]
+            self.factor(stiffer)
+            while self.negative:
+                stiffer = max(4.0 * stiffer, 0.01)
+                if stiffer > 1e6:
+                    return -iteration
+                self.factor(stiffer)
+            step, twist = self.respond(self.left)
+            size = self._size(step, twist)
+            if size < tolerance and stiffer == 0.0:
+                self.x += step
+                self.walk()
+                return iteration
+            slope = float((weights * self.left * step).sum())
+            step, held = step.copy(), self.x.copy()
+            damping = min(1.0, FARTHEST_TURN / np.abs(twist[:, 3:]).max(initial=1e-300))
+            noise = 1e-9 * abs(slope) + 1e-14 * abs(energy)
+            while True:
+                np.add(held, damping * step, out=self.x)
+                self.walk()
+                if self._potential() <= energy + 0.01 * damping * slope + noise:
+                    break
+                damping *= 0.4
+                if damping < LEAST_DAMPING:
+                    stiffer = max(10.0 * stiffer, 0.1)
+                    break
+            stiffer = stiffer / 10.0 if stiffer > 1e-3 and damping > 0.2 else (0.0 if damping > 0.2 else stiffer)
+        return -ITERATIONS
+
+    def _potential(self) -> float:
+        return self.energy + (self.contact.potential if self.contact is not None else 0.0)
+
+    def _size(self, strain: np.ndarray, twist: np.ndarray) -> float:
+        """A correction as a displacement, m."""
+        moved = twist[1:, :3] + np.cross(twist[1:, 3:], self.end[:, :3])
+        return float(np.sqrt((moved * moved).sum(axis=1).max()) + 0.1 * self.problem.length * np.abs(strain[:, :3]).max())
+
+    def distance(self, finer: Trial) -> float:
+        """Largest distance between the nodes and those of a grid twice as fine."""
+        return float(np.linalg.norm(self.end[:, :3] - finer.end[1::2, :3], axis=1).max())
+
+    def line_force(self, at: np.ndarray) -> np.ndarray:
+        """(n, 3) dead force per metre at arc lengths ``at``, weight included, N/m."""
+        row, p, found = np.empty(self.station.shape[1]), self.problem, np.empty((at.size, 3))
+        for i, s in enumerate(at):
+            k = min(int(np.searchsorted(self.grid, s, side="right")), self.n) - 1
+            middle = p.s_exit + 0.5 * (self.grid[k] + self.grid[k + 1])
+            self.kernel.fill(
+                p.robot.section_table, p.robot.tendon_table, p.spread, p.world, p.axis, p.s_exit + s, middle, row
+            )
+            found[i] = row[self.kernel.WEIGHT : self.kernel.WEIGHT + 3] + row[self.kernel.DEAD : self.kernel.DEAD + 3]
+        return found
+
+    def rows(self, at: np.ndarray) -> np.ndarray:
+        """(n, 24) read-only rows p[3] R[9] v[3] u[3] N[3] M[3] at arc lengths ``at`` (n,), m."""
+        p, rows = self.problem, np.empty((at.size, 24))
+        self.kernel.sample(
+            p.robot.section_table, p.robot.tendon_table, p.robot.tendon_ends, self.share * self.tensions, p.spread,
+            p.world, p.axis, p.s_exit, self.grid, self.n, self.station, self.x, self.start, self.frame, self.touch,
+            self.wrench, p.length, p.robot.rod_constants[12], at, np.empty(self.station.shape[1]), rows, self.work,
+        )  # fmt: skip
+        rows[:, :3] += p.frame[:3]
+        rows.setflags(write=False)
+        return rows
+
+    def _at_nodes(self, rows: np.ndarray) -> np.ndarray:
+        """``rows`` that act on the exposed rod, sorted, with the number of the node in place of the coordinate."""
+        at = rows[:, 0] - self.problem.s_exit
+        order = np.argsort(at, kind="stable")
+        order = order[at[order] > 1e-9 * self.problem.length]
+        found = np.ascontiguousarray(rows[order])
+        found[:, 0] = np.abs(self.grid - at[order, None]).argmin(axis=1)
+        return found
