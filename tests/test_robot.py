@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tendonrod.body import Segments, TaperedRod
 from tendonrod.errors import InvalidInput, NotConverged, numbers, vector, whole, within
 from tendonrod.robot import Robot, load_robot, preset_names
 from tendonrod.section import NotchedTube, PlainRod
@@ -35,6 +36,9 @@ radius_mm = 0.05
 routing = "opposite_backbone"
 """
 PRESET = load_robot("exonav-1")
+EXAMPLES = Path(__file__).parents[1] / "examples"
+TAPERED = (EXAMPLES / "tapered-rod.toml").read_text("utf-8")
+SEGMENTS = (EXAMPLES / "two-segment.toml").read_text("utf-8")
 ROD = """name = "rod"
 [rod]
 length_mm = 500
@@ -97,6 +101,48 @@ def test_a_plain_rod_from_file(robot_file):
     np.testing.assert_array_equal(robot.section.u_star, [0.0, 1.5, 0.0])
     expected = [[0.01506, 0, 0, 0, 0, 0.5], [0, 0, 0.01506, pi / 2, 4 * pi, 0.25]]
     np.testing.assert_allclose(robot.routing, expected, rtol=1e-15)
+
+
+def test_a_tapered_rod_and_its_tendons_from_file():
+    robot = load_robot(EXAMPLES / "tapered-rod.toml")
+    steel = {"youngs_modulus": 200e9, "shear_modulus": 80e9, "density": 8000.0}
+    body = TaperedRod(length=0.2, base_radius=0.8e-3, tip_radius=0.4e-3, **steel)
+    s, x, y = [0.0, 0.05, 0.1, 0.15, 0.2], [-4e-3, -2.8e-3, 0.0, 2e-3, 2.5e-3], [0.0, 2.5e-3, 3.4e-3, 1.8e-3, 0.0]
+    more = {"friction": 0.1, "axial_stiffness": 1500.0, "free_length": 0.3}
+    tendons = (Tendon.constant(radius=1e-4, x=4e-3, y=0.0, end=0.1), Tendon.sampled(s, x, y, radius=1e-4, **more))
+    assert robot == Robot(name="tapered-rod", body=body, tendons=tendons)
+
+
+def test_segments_from_file(robot_file):
+    robot = load_robot(EXAMPLES / "two-segment.toml")
+    material = {"youngs_modulus": 75e9, "shear_modulus": 25e9, "density": 6255.0, "torsion": "open_section"}
+    tube = {"inner_radius": 0.457e-3, "outer_radius": 0.572e-3, "notch_width": 0.4e-3, "notch_spacing": 0.2e-3}
+    straight = NotchedTube(length=0.03, uncut_angle=2 * pi / 3, turns=0.0, **tube, **material)
+    helical = NotchedTube(length=0.045, uncut_angle=pi / 2, turns=0.75, **tube, **material)
+    tendons = (Tendon.opposite_backbone(radius=5e-5, wall="free"), Tendon.opposite_backbone(radius=5e-5, end=0.03))
+    assert robot == Robot(name="two-segment", body=Segments(segments=(straight, helical)), tendons=tendons)
+    own = SEGMENTS.replace("angle_deg = 0.0", "angle_deg = 90\nmaterial.youngs_modulus_gpa = 60").replace(
+        "gpa = 60", "gpa = 60\nmaterial.shear_modulus_gpa = 20\nmaterial.density_kg_m3 = 0"
+    )
+    body = load_robot(robot_file(own)).body
+    assert isinstance(body, Segments)
+    assert (body.angles, body.segments[1].youngs_modulus, body.segments[1].density) == ((pi / 2,), 60e9, 0.0)
+    assert body.segments[0] == straight
+
+
+def test_sources_of_segments(robot_file):
+    said = "\n[sources]\n" + "".join(
+        f"'{key}' = 'x'\n"
+        for key in (
+            "segments[0].tube.length_mm",
+            "segments[1].notches.turns",
+            "material.density_kg_m3",
+            "tendons[1].end_mm",
+        )
+    )
+    robot = load_robot(robot_file(SEGMENTS + said))
+    changed = robot.replace(segment2_turns=1.0, segment1_density=0.0, tendon2_end=0.02)
+    assert set(changed.sources) == {"segments[0].tube.length_mm"}
 
 
 def test_tendon_positions():
@@ -232,6 +278,76 @@ BAD_FILES = [
     (ROD.replace("[material]", "[material]\ntorsion='published'"), "mine.toml: material.torsion = 'published': must"),
     (ROD.replace('"constant"', '"opposite_backbone"'), "mine.toml: tendons[0].radius_mm = missing: must be > 0"),
     (ROD + "[tube]", "mine.toml: body = [tube] and [rod]: must be a robot"),
+    (
+        TAPERED.replace("tip_radius_mm = 0.4", "tip_radius_mm = 0"),
+        "mine.toml: tapered_rod.tip_radius_mm = 0.0: must be",
+    ),
+    (
+        TAPERED.replace("tip_radius_mm = 0.4", "tip_radius_mm = 0.4\ntip_inner_radius_mm = 0.5"),
+        "mine.toml: tapered_rod.tip_inner_radius_mm = 0.5: must be < tip_radius_mm = 0.4",
+    ),
+    (
+        TAPERED.replace("150.0, 200.0]", "150.0, 190.0]"),
+        "mine.toml: tendons[1].s_mm = [0.0, 50.0, 100.0, 150.0, 190.0]:",
+    ),
+    (
+        TAPERED.replace("100.0, 150.0", "150.0, 100.0"),
+        "mine.toml: tendons[1].s_mm = [0.0, 50.0, 150.0, 100.0, 200.0]: ",
+    ),
+    (TAPERED.replace("-2.8, ", ""), "mine.toml: tendons[1].x_mm = [-4.0, 0.0, 2.0, 2.5]: must be as many numbers as s"),
+    (TAPERED.replace("-2.8, ", "'a', "), "mine.toml: tendons[1].x_mm = [-4.0, 'a', 0.0, 2.0, 2.5]: must be a finite"),
+    (TAPERED.replace("x_mm = 4.0", "x_mm = [4.0]"), "mine.toml: tendons[0].x_mm = [4.0]: must be a finite number"),
+    (
+        TAPERED.replace("-2.8, ", "-2.8e6, "),
+        "mine.toml: tendons[1].x_mm = [-4.0, -2800000.0, 0.0, 2.0, 2.5]: must be <=",
+    ),
+    (TAPERED.replace("n = 0.1", "n = -0.1"), "mine.toml: tendons[1].friction = -0.1: must be >= 0"),
+    (TAPERED.replace("n = 0.1", "n = 11"), "mine.toml: tendons[1].friction = 11.0: must be <= 10"),
+    (TAPERED.replace("1500.0", "0"), "mine.toml: tendons[1].axial_stiffness_n = 0.0: must be > 0"),
+    (TAPERED.replace("= 300.0", "= -1"), "mine.toml: tendons[1].free_length_mm = -1.0: must be >= 0"),
+    (TAPERED + "wall = 'free'", "mine.toml: tendons[1].wall = 'free': must be \"held\" where routing"),
+    (TAPERED + "[rod]", "mine.toml: body = [rod] and [tapered_rod]: must be a robot"),
+    (ROD + "[[segments]]", "mine.toml: body = [rod] and [segments]: must be a robot"),
+    ("name = 'x'\nsegments = []", "mine.toml: segments = (): must be one or more of"),
+    ("name = 'x'\nsegments = 3", "mine.toml: segments = 3: must be a list"),
+    ("name = 'x'\n[[segments]]", "mine.toml: segments[0] = neither [tube] nor [rod]: must be a segment: tube and"),
+    (SEGMENTS.replace("angle_deg = 0.0", "rod = {}"), "mine.toml: segments[1] = [tube] and [rod]: must be a segment: "),
+    (
+        SEGMENTS.replace("angle_deg = 0.0", "angle = 0"),
+        "mine.toml: segments[1].angle = 0: must be one of the keys of [",
+    ),
+    (
+        SEGMENTS.replace("angle_deg = 0.0", "angle_deg = 'a'"),
+        "mine.toml: segments[1].angle_deg = 'a': must be a finite",
+    ),
+    (
+        SEGMENTS.replace("length_mm = 45.0", "length_mm = -1"),
+        "mine.toml: segments[1].tube.length_mm = -1.0: must be > 0",
+    ),
+    (
+        SEGMENTS.replace("0.572, length_mm = 45.0", "0.4, length_mm = 45"),
+        "mine.toml: segments[1].tube.outer_radius_mm = 0",
+    ),
+    (SEGMENTS.replace(", turns = 0.75", ""), "mine.toml: segments[1].notches.turns = missing: must be given"),
+    (
+        SEGMENTS.replace("[[segments]]", "[[segments]]\nangle_deg = 1", 1),
+        "mine.toml: segments[0].angle_deg = 1.0: must be",
+    ),
+    (SEGMENTS.replace("gpa = 75.0", "gpa = -75.0"), "mine.toml: material.youngs_modulus_gpa = -75.0: must be > 0"),
+    (
+        SEGMENTS.replace("gpa = 75.0", "gpa = 75e9"),
+        "mine.toml: material.youngs_modulus_gpa = 75000000000.0: must be <=",
+    ),
+    (SEGMENTS.replace("[material]", "[other]"), "mine.toml: other = {"),
+    (SEGMENTS.replace('"open_section"', '"homogenized"'), "mine.toml: material.stiffness_factors = missing: must be"),
+    (
+        SEGMENTS.replace("radius_mm = 0.05", "radius_mm = 0.5"),
+        "mine.toml: tendons[0].radius_mm = 0.5: must be < inner_radius_mm = 0.457",
+    ),
+    (
+        SEGMENTS.replace("end_mm = 30", "end_mm = 80"),
+        "mine.toml: tendons[1].end_mm = 80.0: must be > 0 and <= L_na = 75.",
+    ),
     (b"\xff\xfe", "robot file = "),
     (TUBE.replace("75.4", "75.4e6"), "mine.toml: tube.length_mm = 75400000.0: must be <= 100000 mm"),
     (

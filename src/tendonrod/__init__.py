@@ -2,6 +2,7 @@
 otherwise.
 """
 
+from .body import Segments, TaperedRod
 from .errors import InvalidInput, NotConverged, TendonrodError
 from .motion.follow_leader import plan_follow_leader
 from .motion.plan import Plan
@@ -22,9 +23,11 @@ __all__ = [
     "Plan",
     "Robot",
     "Section",
+    "Segments",
     "Shape",
     "Status",
     "StiffnessFactors",
+    "TaperedRod",
     "Tendon",
     "TendonrodError",
     "load_robot",

@@ -13,6 +13,7 @@ import numpy as np
 
 from .device import MM, Notch, notch_pattern
 from .device_solid import STEEL, Facets, Projection, cord_facets, joined, tube_facets
+from .errors import InvalidInput
 from .robot import Robot
 from .section import NotchedTube, PlainRod
 from .section_figure import INK, NEUTRAL, QUIET, TENDON, draw_section, rod_radius, shown_radius
@@ -29,8 +30,10 @@ def draw_device(robot: Robot) -> Figure:
     """Figure (7.2 inch wide) of the unloaded robot: (a) the whole, (b) eight pitches with w and d, (c) the section.
 
     A plain rod has (a) the rod with its tendons, drawn straight, and (b) the section. No global state of matplotlib is
-    touched; the caller saves the figure.
+    touched; the caller saves the figure. Raises `InvalidInput` for other bodies.
     """
+    if not isinstance(robot.body, (NotchedTube, PlainRod)):
+        raise InvalidInput("robot", robot.name, "a notched tube or a plain rod, the bodies that can be drawn")
     import matplotlib as mpl
     from matplotlib.figure import Figure
 

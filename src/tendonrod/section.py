@@ -11,6 +11,7 @@ from functools import cached_property
 from math import cos, hypot, isfinite, pi, sin
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from .errors import MISSING, InvalidInput, finite, nonnegative, one_of, positive, vector
 
@@ -162,8 +163,10 @@ class NotchedTube:
         ring, arc = pi * self.notch_spacing, 0.5 * self.uncut_angle * self.notch_width
         return self._arc[1] * ring / (ring + arc)
 
-    def fibre_strain(self, du_x, du_y, de_z):
+    def fibre_strain(self, du_x, du_y, de_z, s_m: ArrayLike = 0.0):
         """Largest |axial strain| over the uncut arc, exact, for curvatures du_x, du_y (1/m) and extension de_z.
+
+        It is the same at every ``s_m``.
 
         The strain e_z + u_x y - u_y x is affine, so that on the annular sector it is extreme at a corner or, where
         the arc contains its gradient's direction, on the inner or outer edge. Broadcasts over leading axes.
@@ -220,7 +223,8 @@ class PlainRod:
     """A rod without notches; the neutral axis is its axis (r_na = 0), torsion stiffness GJ.
 
     - length: m.
-    - Either ``radius`` (m, solid circle) or all of ``area`` (m^2), ``ix``, ``iy``, ``j`` (m^4).
+    - Either ``radius`` (m, circle), hollow where ``inner_radius`` (m) > 0, or all of ``area`` (m^2), ``ix``, ``iy``,
+      ``j`` (m^4).
     - youngs_modulus, shear_modulus: Pa; density: kg/m^3.
     - precurvature: u* (1/m), three numbers.
 
@@ -229,6 +233,7 @@ class PlainRod:
 
     length: float
     radius: float | None = None
+    inner_radius: float = 0.0
     area: float | None = None
     ix: float | None = None
     iy: float | None = None
@@ -248,6 +253,11 @@ class PlainRod:
         for name in _ROD_CONSTANTS if self.radius is not None else ():
             if getattr(self, name) is not None:
                 raise InvalidInput(name, getattr(self, name), "left out where radius is given")
+        _set(self, "inner_radius", nonnegative("inner_radius", self.inner_radius))
+        if self.inner_radius > 0.0 and self.radius is None:
+            raise InvalidInput("inner_radius", self.inner_radius, "left out where radius is")
+        if self.radius is not None and self.inner_radius >= self.radius:
+            raise InvalidInput("inner_radius", self.inner_radius, f"< radius = {self.radius!r}")
 
     @cached_property
     def section(self) -> Section:
@@ -275,7 +285,7 @@ class PlainRod:
         """Zero, since the mass centroid lies on the neutral axis."""
         return 0.0
 
-    def fibre_strain(self, du_x, du_y, de_z):
+    def fibre_strain(self, du_x, du_y, de_z, s_m: ArrayLike = 0.0):
         """Largest |axial strain| over the circle, from curvatures (1/m) and extension; None without a radius."""
         if self.radius is None:
             return None
@@ -285,8 +295,14 @@ class PlainRod:
     def _constants(self) -> tuple[float, float, float, float]:
         if self.radius is None:
             return self.area, self.ix, self.iy, self.j  # pyright: ignore[reportReturnType] - checked at construction
-        r2 = self.radius * self.radius
-        return pi * r2, 0.25 * pi * r2 * r2, 0.25 * pi * r2 * r2, 0.5 * pi * r2 * r2
+        return round_section(self.radius, self.inner_radius)
+
+
+def round_section(radius, inner_radius):
+    """A (m^2), I_x, I_y, J (m^4) of a circle of ``radius`` with a hole of ``inner_radius`` (m)."""
+    outer, inner = radius * radius, inner_radius * inner_radius
+    moment = 0.25 * pi * (outer - inner) * (outer + inner)
+    return pi * (outer - inner), moment, moment, 2.0 * moment
 
 
 _ROD_CONSTANTS = ("area", "ix", "iy", "j")

@@ -23,7 +23,7 @@ def draw_section(axes: Axes, robot: Robot) -> None:
     """Draw the section in its own frame: x to the right, y up, the tube's axis or the rod's axis at the origin."""
     if isinstance(robot.body, NotchedTube):
         _tube_section(axes, robot, robot.body)
-    else:
+    elif isinstance(robot.body, PlainRod):
         _rod_section(axes, robot, robot.body)
 
 
@@ -35,7 +35,7 @@ def rod_radius(rod: PlainRod) -> float:
 def shown_radius(robot: Robot, tendon: Tendon) -> float:
     """Radius to draw for a tendon (mm); one without thickness is drawn thin."""
     body = robot.body
-    scale = MM * body.outer_radius if isinstance(body, NotchedTube) else rod_radius(body)
+    scale = rod_radius(body) if isinstance(body, PlainRod) else MM * float(robot.outer_radius(0.0)[0])
     return MM * tendon.radius or 0.12 * scale
 
 
@@ -142,6 +142,8 @@ def _rod_section(axes: Axes, robot: Robot, rod: PlainRod) -> None:
     radius, dashed = rod_radius(rod), rod.radius is None
     style = {"fc": FILL, "ec": INK, "lw": 0.9, "ls": (0, (4, 2)) if dashed else "-", "zorder": 3}
     axes.add_patch(Circle((0, 0), radius, **style))
+    if rod.inner_radius > 0.0:
+        axes.add_patch(Circle((0, 0), MM * rod.inner_radius, fc="white", ec=INK, lw=0.9, zorder=4))
     spread = [hypot(*(MM * robot.tendon_position(i, 0.0)[0, :2])) for i in range(robot.n_tendons)]
     reach = max([radius, *spread])
     _tendons(axes, robot, 0.0)

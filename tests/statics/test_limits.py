@@ -1,14 +1,24 @@
 """Where the linear model ends: the numbers of physics.md section 4, and warnings on the right side of each limit."""
 
+from dataclasses import replace
 from functools import cache
 from math import cos, pi
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from tendonrod import InvalidInput, Robot, Tendon, solve
+from tendonrod.body import Segments, TaperedRod
 from tendonrod.section import NotchedTube, PlainRod
-from tendonrod.statics.limits import PLATEAU_STRAIN, RECOVERABLE_STRAIN, euler_loads, fibre_strain, wall_pressure
+from tendonrod.statics.limits import (
+    PLATEAU_STRAIN,
+    RECOVERABLE_STRAIN,
+    euler_loads,
+    fibre_strain,
+    shape_warnings,
+    wall_pressure,
+)
 from tendonrod.statics.tension_limits import Limit, tension_limits
 from textbook import GRAVITY, four_tendon_rod, helix_rod, prototype, rod
 
@@ -259,3 +269,85 @@ def test_robot_must_be_a_robot():
     for bad in ("exonav-1", None):
         with pytest.raises(InvalidInput, match="robot"):
             tension_limits(bad)
+
+
+# ---- segments: whoever is at s_m ----
+
+STEEL = {"youngs_modulus": 200e9, "shear_modulus": 80e9, "density": 8000.0}
+
+
+def strained(robot: Robot, s, u, v=(0.0, 0.0, 1.0)):
+    """What the limits read of a shape, with strains as given."""
+    s = np.asarray(s, dtype=float)
+    strains = {"u": np.broadcast_to(u, (s.size, 3)), "v": np.broadcast_to(v, (s.size, 3))}
+    shape = SimpleNamespace(robot=robot, s=s, material_coordinate=s, **strains, converged=True, stable=True, steps=16)
+    return SimpleNamespace(**vars(shape), length=s[-1], tensions=np.ones(robot.n_tendons), at=lambda _: shape_of(shape))
+
+
+def shape_of(shape):
+    return SimpleNamespace(**vars(shape), tensions=np.ones(shape.robot.n_tendons))
+
+
+def segmented(*tendons: Tendon) -> Robot:
+    straight = replace(tube_of(prototype(1)), turns=0.0)
+    wide = replace(straight, notch_width=2.0 * straight.notch_width)
+    rod = PlainRod(length=0.05, radius=1e-3, inner_radius=0.457e-3, precurvature=(0.0, 30.0, 0.0), **STEEL)
+    return Robot(name="three", body=Segments(segments=(straight, rod, wide)), tendons=tendons)
+
+
+def two_tubes(robot: Robot) -> tuple[NotchedTube, NotchedTube]:
+    assert isinstance(robot.body, Segments)
+    straight, _, wide = robot.body.segments
+    assert isinstance(straight, NotchedTube)
+    assert isinstance(wide, NotchedTube)
+    return straight, wide
+
+
+def test_fibre_strain_of_segments_is_each_ones_own():
+    robot = segmented()
+    straight, wide = two_tubes(robot)
+    s = np.array([0.01, straight.length + 0.01, straight.length + 0.06])
+    found = fibre_strain(strained(robot, s, (0.0, 50.0, 0.0)))
+    own = [straight.fibre_strain(0.0, 50.0, 0.0), 20.0 * 1e-3, wide.fibre_strain(0.0, 50.0, 0.0)]
+    np.testing.assert_allclose(found, own, rtol=1e-13)
+
+
+def test_strain_of_known_outlines_is_warned_of_beside_unknown_ones():
+    unknown = PlainRod(length=0.05, area=1e-6, ix=1e-13, iy=1e-13, j=2e-13, **STEEL)
+    known = PlainRod(length=0.05, radius=1e-3, **STEEL)
+    robot = Robot(name="two", body=Segments(segments=(unknown, known)))
+    assert not shape_warnings(strained(robot, [0.0, 0.04, 0.08], (0.0, 6.0, 0.0)))
+    (warning,) = shape_warnings(strained(robot, [0.0, 0.04, 0.08], (0.0, 7.0, 0.0)))
+    assert warning.startswith("strain 0.7 % at s = 80 mm")
+
+
+def test_each_segment_closes_its_own_notches():
+    robot = segmented()
+    straight, wide = two_tubes(robot)
+    assert straight.closure_curvature < wide.closure_curvature
+    between = 0.5 * (straight.closure_curvature + wide.closure_curvature)
+    s = np.linspace(0.0, robot.length_na, 33)
+    closed = [each for each in shape_warnings(strained(robot, s, (0.0, between, 0.0))) if "closes" in each]
+    assert len(closed) == 1
+    assert "closes the notches of segment 1" in closed[0]
+    assert closed[0].endswith(f"(at {straight.closure_curvature:.4g} 1/m)")
+
+
+def test_wall_pressure_of_segments_and_of_free_tendons():
+    held = segmented(Tendon.opposite_backbone(radius=5e-5), Tendon.opposite_backbone(radius=5e-5, end=0.06))
+    s = np.linspace(0.0, held.length_na, 40)
+    shape = strained(held, s, (0.0, -20.0, 0.0))
+    np.testing.assert_allclose(wall_pressure(shape, 0), -20.0 * (1.0 + 20.0 * held.tendon_position(0, s)[:, 0]))
+    assert wall_pressure(shape, 1).size == (s < 0.06).sum()
+    assert sum("lifts off" in each for each in shape_warnings(shape)) == 2
+    free = held.replace(tendon1_wall="free", tendon2_wall="free")
+    assert not any("lifts off" in each for each in shape_warnings(strained(free, s, (0.0, -20.0, 0.0))))
+
+
+def test_euler_loads_take_the_softest_section():
+    taper = Robot(name="taper", body=TaperedRod(length=0.3, base_radius=2e-3, tip_radius=1e-3, **STEEL))
+    thin = Robot(name="thin", body=PlainRod(length=0.3, radius=1e-3, **STEEL))
+    assert euler_loads(taper) == pytest.approx(euler_loads(thin), rel=1e-8)
+    assert euler_loads(Robot(name="both", body=Segments(segments=(taper.body, thin.body)))) == pytest.approx(
+        np.array(euler_loads(thin)) / 4.0, rel=1e-8
+    )

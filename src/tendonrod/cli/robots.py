@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from ..body import Segments, TaperedRod
 from ..errors import Fact, InvalidInput
-from ..section import NotchedTube
+from ..section import NotchedTube, PlainRod
 from . import output
 from .arguments import Json, Torsion, chosen_robot
 
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from ..robot import Robot
     from ..statics.tension_limits import Limit
 
+_KINDS = {NotchedTube: "notched tube", PlainRod: "plain rod", TaperedRod: "tapered rod", Segments: "segments"}
 _UNITS = {"mm": 1e3, "mm2": 1e6, "mm4": 1e12, "gpa": 1e-9, "deg": degrees(1.0)}
 _SECTION = (  # symbol, factor, unit, what it is
     ("A", 1e6, "mm2", "area"),
@@ -105,7 +107,7 @@ def _list(json: bool) -> None:
 def _constants(robot: Robot) -> dict[str, Any]:
     return {
         "name": robot.name,
-        "body": "notched tube" if isinstance(robot.body, NotchedTube) else "plain rod",
+        "body": _KINDS[type(robot.body)],
         "torsion": robot.torsion,
         "parameters": robot.parameters(),
         "tendons": [dataclasses.asdict(tendon) for tendon in robot.tendons],
@@ -129,8 +131,7 @@ def _limits(robot: Robot) -> tuple[Limit, ...]:
 
 
 def _page(robot: Robot, torsion_given: bool) -> str:
-    kind = "notched tube" if isinstance(robot.body, NotchedTube) else "plain rod"
-    blocks = [output.heading(f"{robot.name}: {kind}, torsion {robot.torsion}")]
+    blocks = [output.heading(f"{robot.name}: {_KINDS[type(robot.body)]}, torsion {robot.torsion}")]
     blocks += [output.table(("section", "", "", ""), _section_rows(robot), words=(0, 2, 3))]
     if limits := [_limit_row(limit, robot.n_tendons > 1) for limit in _limits(robot)]:
         blocks.append(output.table(("limit", "tension", "at", "of"), limits, words=(0, 3)))
@@ -163,25 +164,15 @@ def _source_rows(robot: Robot, torsion_given: bool) -> list[tuple[str, str]]:
 
 def _file_values(robot: Robot) -> list[tuple[str, str]]:
     """The robot in the words of its file: key with unit, number in that unit."""
-    from ..robot import ROD_KEYS, TUBE_KEYS
+    from ..parameters import file_values
 
-    keys, factors = (TUBE_KEYS if isinstance(robot.body, NotchedTube) else ROD_KEYS), robot.parameters()
-    rows = []
-    for name, key in keys.items():
-        value = getattr(robot.body, name, factors.get(name))
-        if value is not None:
-            rows.append((key, _in_unit(key, value)))
-    for i, tendon in enumerate(robot.tendons):
-        for name, value in dataclasses.asdict(tendon).items():
-            if value is not None:
-                unit = {"angle": "_deg", "routing": "", "turns": ""}.get(name, "_mm")
-                rows.append((f"tendons[{i}].{name}{unit}", _in_unit(name + unit, value)))
-    return rows
+    return [(key, _in_unit(key, value)) for key, value in file_values(robot.body, robot.tendons).items()]
 
 
 def _in_unit(key: str, value: Any) -> str:
     if isinstance(value, str):
         return value
+    scale = _UNITS.get(key.rpartition("_")[2], 1.0)
     if isinstance(value, tuple):
-        return ", ".join(f"{each:.6g}" for each in value)
-    return f"{value * _UNITS.get(key.rpartition('_')[2], 1.0):.8g}"
+        return ", ".join(f"{scale * each:.6g}" for each in value)
+    return f"{scale * value:.8g}"

@@ -61,6 +61,13 @@ class Strands:
         before = np.cumsum(per_step.mean(axis=1), axis=0) - per_step.mean(axis=1)
         return (before[:, None] + np.einsum("ij,kjt->kit", WITHIN, per_step)).reshape(2 * trial.n, -1)
 
+    def field(self, trial: Trial) -> np.ndarray:
+        """(2n, T) tensions at the stages that friction leaves of those at the exit, N."""
+        self.along(trial, trial.x)
+        rubbed = self.problem.robot.friction * self.turn(trial)
+        low, high = trial.tensions * np.exp(-rubbed), trial.tensions * np.exp(rubbed)
+        return low if self.problem.request.history is None else np.clip(self._held(trial), low, high)
+
     def update(self, trial: Trial) -> float:
         """Correct the tensions of a balanced trial; returns by how much tendons still move because of it, m."""
         self.along(trial, trial.x)
@@ -68,9 +75,7 @@ class Strands:
         if self.driven.size:
             trial.tensions = self._corrected(trial)
         if self.rubs:
-            rubbed = self.problem.robot.friction * self.turn(trial)
-            low, high = trial.tensions * np.exp(-rubbed), trial.tensions * np.exp(rubbed)
-            tau = low if self.problem.history is None else np.clip(self._held(trial), low, high)
+            tau = self.field(trial)
             trial.share = np.divide(tau, trial.tensions, out=np.ones_like(tau), where=trial.tensions > 0.0)
         trial.place()
         soft = np.einsum("jti,ji->jt", self.pull**2, 1.0 / trial.station[:, :6])
@@ -110,7 +115,7 @@ class Strands:
 
     def _held(self, trial: Trial) -> np.ndarray:
         """(2n, T) tensions before, at the stages; beyond what was exposed then, those nearest to it."""
-        s_m, tau = self.problem.history  # pyright: ignore[reportGeneralTypeIssues]
+        s_m, tau = self.problem.request.history  # pyright: ignore[reportGeneralTypeIssues]
         at = trial.stages + self.problem.s_exit
         return np.stack([np.interp(at, s_m, tau[:, i]) for i in range(trial.n_tendons)], axis=1)
 

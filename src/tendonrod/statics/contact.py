@@ -48,7 +48,7 @@ class Contact:
     """Gaps and forces of one trial. The last of the 2n + 1 places is the tip, where the force is in N, not N/m."""
 
     def __init__(self, problem: RodProblem, trial: Trial) -> None:
-        self.surface = problem.surface
+        self.surface = problem.request.surface
         at = np.append(trial.stages, problem.length) + problem.s_exit
         self.radius = problem.robot.outer_radius(at)
         if np.isnan(self.radius).any():
@@ -61,6 +61,7 @@ class Contact:
         self.stiffness = STIFFNESS * trial.station[:, 3:5].min() / problem.length**4  # N/m^2
         self.gap, self.press = np.zeros(len(at)), np.zeros(len(at))
         self.normal = np.zeros((len(at), 3))
+        self.on: np.ndarray | None = None  # places that are held whatever their force, None for those with force
 
     def places(self, trial: Trial) -> np.ndarray:
         """(2n + 1, 3) points of the tube's axis, world frame, m."""
@@ -72,14 +73,21 @@ class Contact:
         where = self.places(trial)
         d, self.normal = self.surface.distance(where)
         self.gap = d - self.radius
-        self.press = np.maximum(0.0, self.held - self.stiffness * self.gap)
-        touch, on = trial.touch, self.press > 0.0
+        press = self.held - self.stiffness * self.gap
+        on = press > 0.0 if self.on is None else self.on
+        self.press, touch = np.where(on, press, 0.0), trial.touch
         touch[:] = 0.0
         if on.any():
             n, p = self.normal[on], self.press[on, None]
             D = p[:, :, None] * self.surface.curvature(where[on]) - self.stiffness * n[:, :, None] * n[:, None, :]
             touch[on, :3], touch[on, 3:] = p * n, D.reshape(-1, 9)
             touch[-1] *= self.share[-1]
+
+    def rigid(self, factor: float) -> None:
+        """Hold the places that are pressed now, and no others, so much more stiffly with the same forces."""
+        self.on = self.press > 0.0
+        self.held = np.where(self.on, self.press + factor * self.stiffness * self.gap, 0.0)
+        self.stiffness *= factor
 
     @property
     def potential(self) -> float:
@@ -111,12 +119,12 @@ def press(trial: Trial, tolerance: float) -> int:
     """
     contact, count = trial.contact, 0
     for _ in range(ROUNDS):
-        found = trial.descend(tolerance) if trial.problem.conservative else trial.settle(tolerance)
+        found = trial.descend(tolerance) if trial.problem.request.conservative else trial.settle(tolerance)
         count += abs(found)
         if found < 0:
             return -count
-        slack = contact.held * np.maximum(contact.gap, 0.0) > contact.held.max() * trial.problem.contact_tolerance
-        if contact.gap.min() >= -trial.problem.contact_tolerance and not slack.any():
+        slack = contact.held * np.maximum(contact.gap, 0.0) > contact.held.max() * trial.problem.request.contact_tolerance
+        if contact.gap.min() >= -trial.problem.request.contact_tolerance and not slack.any():
             return count
         contact.held = contact.press.copy()
     return -count

@@ -5,24 +5,21 @@ continuation.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import cos, inf, isfinite, nan, sin
+from math import inf, isfinite, nan
 
 import numpy as np
 
-from ..errors import InvalidInput, NotConverged, finite, nonnegative, vector, whole, within
+from ..errors import InvalidInput, NotConverged, finite, nonnegative, positive, vector, whole, within
 from ..loads import Load
 from ..robot import Robot, as_robot
-from ..rotation import exp_so3
-from ..surface import Surface
+from ..surface import Surface, as_surface
 from .continuation import follow_load
 from .newton import NewtonSolution
-from .problem import rod_problem
+from .problem import STRAIGHT, ZERO, exit_frame, request, rod_problem
 from .shape import Shape, Status, arc_lengths
 from .solution import CONVERGED, MOST_STEPS, RETRACTED, TOO_SMALL, Solution
 
 Vector = Sequence[float] | np.ndarray
-ZERO = (0.0, 0.0, 0.0)
-STRAIGHT = (0.0, 0.0)
 _OUTCOME = {0: Status.CONVERGED, 1: Status.LOCAL_FAILED, 2: Status.STALLED, 3: Status.TOO_FINE}
 
 
@@ -130,31 +127,37 @@ def prepare(
     `NewtonSolution` for everything else.
     """
     table = _tendon_table(as_robot(robot), tensions)
-    dead = [_three(name, value) for name, value in (
-        ("tip_force", tip_force), ("tip_moment", tip_moment), ("distributed_force", distributed_force),
-        ("distributed_moment", distributed_moment), ("gravity", gravity))]  # fmt: skip
-    eta = within("insertion", insertion, 0.0, 1.0)
-    frame = _exit_frame(robot, (1.0 - eta) * robot.length_na, rotation, exit_pose, exit_tilt, exit_offset)
+    F, M = _three("tip_force", tip_force), _three("tip_moment", tip_moment)
+    f, l = _three("distributed_force", distributed_force), _three("distributed_moment", distributed_moment)
+    g, eta = _three("gravity", gravity), within("insertion", insertion, 0.0, 1.0)
+    place = (
+        rotation if type(rotation) is float and isfinite(rotation) else finite("rotation", rotation),
+        None if exit_pose is None else _pose("exit_pose", exit_pose),
+        exit_tilt if exit_tilt is STRAIGHT else tuple(vector("exit_tilt", exit_tilt, 2).tolist()),
+        exit_offset if exit_offset is STRAIGHT else tuple(vector("exit_offset", exit_offset, 2).tolist()),
+    )
     accuracy = within("accuracy", accuracy, 1e-12, 1.0)
     steps = 0 if steps is None else whole("steps", steps, 1, MOST_STEPS)
-    length, s_exit = eta * robot.length_na, (1.0 - eta) * robot.length_na
     pulled = _pulled(robot, displacements, table[:, 6])
+    asked = robot, g, F, M, f, l, eta, place
     plain = robot.is_uniform and pulled is None and surface is None and not robot.friction.any()
+    length, s_exit = eta * robot.length_na, (1.0 - eta) * robot.length_na
     if length < RETRACTED or (plain and not len(loads) and not centroid_weight):
-        weight, f, g = robot.section.line_density, dead[2], dead[4]
+        weight, frame = robot.section.line_density, exit_frame(robot, s_exit, *place)
         problem = np.array([
-            *dead[0], *dead[1], weight * g[0] + f[0], weight * g[1] + f[1], weight * g[2] + f[2], *dead[3],
+            *F, *M, weight * g[0] + f[0], weight * g[1] + f[1], weight * g[2] + f[2], *l,
             length, s_exit, *frame, accuracy, steps, 0.0, inf,
         ])  # fmt: skip
-        return Solution(robot.rod_constants, table, problem, g)
-    known = {"tensions": table[:, 6].copy(), "pulled": np.full(len(table), nan) if pulled is None else pulled}
-    known |= {"history": None if history is None else _tensions_before(robot, history)}
-    known |= {"frame": np.array(frame), "length": length, "s_exit": s_exit}
+        return Solution(robot.rod_constants, table, problem, asked)
     return NewtonSolution(
         rod_problem(
-            robot, loads, dead[4], (*dead[2], *dead[3]), (*dead[0], *dead[1]), bool(centroid_weight),
-            accuracy=accuracy, steps=steps, surface=surface,
-            contact_tolerance=contact_tolerance, **known,
+            request(
+                asked, tensions=table[:, 6].copy(), pulled=np.full(len(table), nan) if pulled is None else pulled,
+                loads=tuple(loads), centroid_weight=bool(centroid_weight),
+                history=None if history is None else _tensions_before(robot, history),
+                surface=None if surface is None else as_surface(surface),
+                contact_tolerance=positive("contact_tolerance", contact_tolerance), accuracy=accuracy, steps=steps,
+            )
         )
     )  # fmt: skip
 
@@ -210,21 +213,6 @@ def _tensions_before(robot: Robot, history: Shape) -> tuple[np.ndarray, np.ndarr
         return np.array([solution.s_exit]), solution.tensions[None].copy()
     trial = solution.trial
     return trial.stages + solution.s_exit, trial.share * trial.tensions
-
-
-def _exit_frame(robot: Robot, s_exit: float, rotation: float, pose, tilt, offset) -> Sequence[float]:
-    """p[3] R[9] of the first exposed section, its tube axis in the exit's middle."""
-    angle = rotation if type(rotation) is float and isfinite(rotation) else finite("rotation", rotation)
-    c, d = cos(angle), sin(angle)
-    x, y = (robot.section.r_na, 0.0) if robot.is_uniform else robot.axis_offset(np.array([s_exit]))[0].tolist()
-    frame = (-x * c + y * d, -x * d - y * c, 0.0, c, -d, 0.0, d, c, 0.0, 0.0, 0.0, 1.0)
-    if pose is None and tilt is STRAIGHT and offset is STRAIGHT:
-        return frame
-    T = np.eye(4) if pose is None else _pose("exit_pose", pose)
-    tilted = exp_so3(np.array([*vector("exit_tilt", tilt, 2), 0.0]))
-    R = T[:3, :3] @ tilted
-    p = T[:3, 3] + T[:3, :3] @ np.array([*vector("exit_offset", offset, 2), 0.0]) + R @ frame[:3]
-    return *p.tolist(), *(R @ np.reshape(frame[3:], (3, 3))).ravel().tolist()
 
 
 def _pose(field: str, value) -> np.ndarray:

@@ -502,7 +502,7 @@ def resample(grid, n, x, fine_grid, fine_n, fine_x):
     k = 0
     for i in range(fine_n):
         a, h = fine_grid[i], fine_grid[i + 1] - fine_grid[i]
-        while k < n - 1 and grid[k + 1] <= a + 0.5 * h:
+        while k < n - 1 and grid[k + 1] < a + 0.5000001 * h:  # not decided by the last bit where a midpoint is a node
             k += 1
         H = grid[k + 1] - grid[k]
         for part in range(2):

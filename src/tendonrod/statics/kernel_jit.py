@@ -13,8 +13,12 @@ _STAMP = tuple((file.name, file.stat().st_mtime_ns, file.stat().st_size) for fil
 
 
 def jit(function):
-    """``function`` compiled by Numba, without Python's lock and with the cache on disk."""
-    options = {"error_model": "numpy", "fastmath": {"contract", "nsz", "arcp"}, "nogil": True}
+    """``function`` compiled by Numba, without Python's lock and with the cache on disk.
+
+    ``_nrt`` off: no allocation, which then does not even compile, and no counting of references to the arrays that
+    compiled functions hand each other, which took 40 % of a solve. Such a function must not return an array to Python.
+    """
+    options = {"error_model": "numpy", "fastmath": {"contract", "nsz", "arcp"}, "nogil": True, "_nrt": False}
     compiled = njit(cache=True, **options)(function)
     compiled._cache._impl._locator.get_source_stamp = lambda: _STAMP
     return compiled

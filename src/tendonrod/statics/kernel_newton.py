@@ -30,6 +30,7 @@ from .kernel import A11, A12, A21, A22, GAUSS, magnus
 from .kernel_jit import jit
 
 WEIGHT, DEAD, BODY, AXIS, TENDON, TENDON_WIDTH = 12, 17, 23, 29, 31, 6
+ENDED = -1e300  # tension beyond a tendon's end
 
 
 @jit
@@ -85,7 +86,7 @@ def place(sections, tendons, reach, tau, spread, world, axis, s_exit, grid, n, s
         fill(sections, tendons, spread, world, axis,
              at + (GAUSS if j % 2 == 0 else 1.0 - GAUSS) * h, at + 0.5 * h, station[j])  # fmt: skip
         for i in range(reach.shape[0]):
-            station[j, TENDON + TENDON_WIDTH * i + 4] = tau[j, i] if at + 0.5 * h < reach[i] else -1.0
+            station[j, TENDON + TENDON_WIDTH * i + 4] = tau[j, i] if at + 0.5 * h < reach[i] else ENDED
 
 
 @jit
@@ -147,6 +148,39 @@ def relax(station, tendons, length, reach, x, work):
 
 
 @jit
+def find_step(grid, n, s, k):
+    """The step that contains s, searched from step k; at a node the step after it."""
+    while k > 0 and s < grid[k]:
+        k -= 1
+    while k < n - 1 and s >= grid[k + 1]:
+        k += 1
+    return k
+
+
+@jit
+def station_at(sections, tendons, ends, tau, spread, world, axis, s_exit, grid, k, s, row):
+    """Station ``row`` at arc length s in step k, tensions linear through those of its stages."""
+    middle = s_exit + 0.5 * (grid[k] + grid[k + 1])
+    row[TENDON:] = 0.0
+    fill(sections, tendons, spread, world, axis, s_exit + s, middle, row)
+    here = ((s - grid[k]) / (grid[k + 1] - grid[k]) - GAUSS) / (1.0 - 2.0 * GAUSS)
+    for j in range(ends.shape[0]):
+        if middle < ends[j]:
+            row[TENDON + TENDON_WIDTH * j + 4] = tau[2 * k, j] + here * (tau[2 * k + 1, j] - tau[2 * k, j])
+
+
+@jit
+def wrench_at(grid, k, s, station, frame, touch, wrench, phi1, phi2, W):
+    """Internal wrench W at arc length s in step k."""
+    h, T = grid[k + 1] - grid[k], s - grid[k]
+    second = (0.5 * T - GAUSS * h) / (h * (1.0 - 2.0 * GAUSS))
+    pressed(station[2 * k], frame[2 * k], touch[2 * k], phi1)
+    pressed(station[2 * k + 1], frame[2 * k + 1], touch[2 * k + 1], phi2)
+    for q in range(6):
+        W[q] = wrench[k + 1, q] + (0.5 * h - T * (1.0 - second)) * phi1[q] + (0.5 * h - T * second) * phi2[q]
+
+
+@jit
 def sample(sections, tendons, ends, tau, spread, world, axis, s_exit, grid, n, station, x, start, frame, touch, wrench,
            length, reach, at, row, out, work):  # fmt: skip
     """Rows (p - o, R, v, u, N, M) of ``out`` (m, 24) at arc lengths ``at`` (m,); at a node, those of the step after it.
@@ -154,26 +188,15 @@ def sample(sections, tendons, ends, tau, spread, world, axis, s_exit, grid, n, s
     row (W,): a station to write to. ends (T,): where each tendon ends.
     """
     k, flat = 0, x.reshape(-1)
-    have, phi1, phi2, W = work[3, 0], work[3, 1], work[3, 2], work[3, 3]
+    have, W = work[3, 0], work[3, 3]
     for i in range(at.shape[0]):
-        s = at[i]
-        while k > 0 and s < grid[k]:
-            k -= 1
-        while k < n - 1 and s >= grid[k + 1]:
-            k += 1
-        h, T = grid[k + 1] - grid[k], s - grid[k]
+        k = find_step(grid, n, at[i], k)
+        h, T = grid[k + 1] - grid[k], at[i] - grid[k]
         magnus(start[k], 0, flat, 12 * k, T, h, out[i], 0)
-        second = (0.5 * T - GAUSS * h) / (h * (1.0 - 2.0 * GAUSS))
         here = (T - GAUSS * h) / (h * (1.0 - 2.0 * GAUSS))
-        pressed(station[2 * k], frame[2 * k], touch[2 * k], phi1)
-        pressed(station[2 * k + 1], frame[2 * k + 1], touch[2 * k + 1], phi2)
-        row[TENDON:] = 0.0
-        fill(sections, tendons, spread, world, axis, s_exit + s, s_exit + grid[k] + 0.5 * h, row)
-        for j in range(ends.shape[0]):
-            if s_exit + grid[k] + 0.5 * h < ends[j]:
-                row[TENDON + TENDON_WIDTH * j + 4] = tau[2 * k, j] + here * (tau[2 * k + 1, j] - tau[2 * k, j])
+        station_at(sections, tendons, ends, tau, spread, world, axis, s_exit, grid, k, at[i], row)
+        wrench_at(grid, k, at[i], station, frame, touch, wrench, work[3, 1], work[3, 2], W)
         for q in range(6):
-            W[q] = wrench[k + 1, q] + (0.5 * h - T * (1.0 - second)) * phi1[q] + (0.5 * h - T * second) * phi2[q]
             out[i, 12 + q] = x[2 * k, q] + here * (x[2 * k + 1, q] - x[2 * k, q])
         local_wrench(out[i], W, have)
         if not balance(row, ends.shape[0], length, reach, have, out[i, 12:18], work):
@@ -183,6 +206,23 @@ def sample(sections, tendons, ends, tau, spread, world, axis, s_exit, grid, n, s
         out[i, 21], out[i, 22], out[i, 23] = (
             W[3] - p1 * W[2] + p2 * W[1], W[4] - p2 * W[0] + p0 * W[2], W[5] - p0 * W[1] + p1 * W[0]
         )  # fmt: skip
+
+
+@jit
+def unbalanced(sections, tendons, ends, tau, spread, world, axis, s_exit, grid, n, station, x, start, frame, touch,
+               wrench, at, strains, row, frames, left, work):  # fmt: skip
+    """Frames (m, 12) and imbalance ``left`` (m, 6) at arc lengths ``at`` (m,), whose strains (m, 6) are given."""
+    k, flat = 0, x.reshape(-1)
+    have, W = work[3, 0], work[3, 3]
+    for i in range(at.shape[0]):
+        k = find_step(grid, n, at[i], k)
+        magnus(start[k], 0, flat, 12 * k, at[i] - grid[k], grid[k + 1] - grid[k], frames[i], 0)
+        station_at(sections, tendons, ends, tau, spread, world, axis, s_exit, grid, k, at[i], row)
+        wrench_at(grid, k, at[i], station, frame, touch, wrench, work[3, 1], work[3, 2], W)
+        local(row, ends.shape[0], strains[i], left[i], work[0])
+        local_wrench(frames[i], W, have)
+        for q in range(6):
+            left[i, q] -= have[q]
 
 
 @jit
@@ -210,7 +250,7 @@ def strands(station, tendons, grid, x, q, pull):
     for j in range(x.shape[0]):
         for i in range(tendons):
             at = TENDON + TENDON_WIDTH * i
-            if not station[j, at + 4] >= 0.0:
+            if station[j, at + 4] == ENDED:
                 q[j, i, :] = 0.0
                 pull[j, i, :] = 0.0
                 continue
@@ -618,8 +658,10 @@ def factor(grid, n, station, points, x, start, end, frame, touch, inner, hessian
 
 
 @jit
-def respond(grid, n, frame, E, Q, X, K, S, inner, stage_left, stage_twist, stage_load, node_load, base, strain, twist, y, work):
+def respond(grid, n, frame, E, Q, X, K, S, inner, stage_left, stage_twist, stage_load, node_load, base, strain, twist, push, y, work):
     """Answer of the linearised rod to forcing: stage strains ``strain`` (2n, 6) and node twists ``twist`` (n+1, 6).
+
+    push (n+1, 6): the internal wrench at a node answers S twist + push.
 
     stage_left (2n, 6): imbalance to be removed, gradient minus wrench. stage_twist (n, 3, 6): twist of stages and end at
     fixed strains, relative to the step's start; stage_load (2n, 6): wrench density at fixed frames; node_load (n+1, 6):
@@ -632,6 +674,7 @@ def respond(grid, n, frame, E, Q, X, K, S, inner, stage_left, stage_twist, stage
         h = grid[k + 1] - grid[k]
         for q in range(6):
             s[q] += node_load[k + 1, q]
+            push[k + 1, q] = s[q]
         for a in range(6):
             z[a] = s[a]
             for b in range(6):
@@ -683,7 +726,7 @@ def respond(grid, n, frame, E, Q, X, K, S, inner, stage_left, stage_twist, stage
         for a in range(6):
             s[a] = z[a]
     for q in range(6):
-        twist[0, q] = base[q]
+        twist[0, q], push[0, q] = base[q], s[q]
     for k in range(n):
         for a in range(12):
             w = y[k, a]
@@ -695,3 +738,51 @@ def respond(grid, n, frame, E, Q, X, K, S, inner, stage_left, stage_twist, stage
             for c in range(12):
                 w += E[k, 2, a, c] * strain[2 * k + c // 6, c % 6]
             twist[k + 1, a] = w
+
+
+@jit
+def response_at(sections, tendons, ends, tau, spread, world, axis, s_exit, grid, n, station, x, start, frame, touch,
+                wrench, E, K, S, strain, twist, push, at, strains, left, row, moved, strained, work):  # fmt: skip
+    """What `respond` found, at arc lengths ``at`` (m,): twists ``moved`` (m, 6) and strains ``strained`` (m, 6).
+
+    strains (m, 6): those of the solution there; left (m, 6): explicit change of the imbalance there.
+    """
+    k, flat = 0, x.reshape(-1)
+    here, W, dW, theta, z, have = work[3, 0], work[3, 3], work[3, 4], work[3, 5], work[3, 6], work[3, 7]
+    spread_by = work[2, :6]
+    for i in range(at.shape[0]):
+        k = find_step(grid, n, at[i], k)
+        h, T = grid[k + 1] - grid[k], at[i] - grid[k]
+        second = (0.5 * T - GAUSS * h) / (h * (1.0 - 2.0 * GAUSS))
+        spread_twist(start[k], x, 2 * k, T, h, spread_by)
+        for a in range(6):
+            theta[a], dW[a] = twist[k, a], push[k + 1, a]
+            for b in range(12):
+                theta[a] += spread_by[a, b] * strain[2 * k + b // 6, b % 6]
+            for b in range(6):
+                dW[a] += S[k + 1, a, b] * twist[k + 1, b]
+            moved[i, a] = theta[a]
+        for j in range(2):
+            w = 0.5 * h - T * ((1.0 - second) if j == 0 else second)
+            for a in range(6):
+                z[a] = twist[k, a]
+                for b in range(12):
+                    z[a] += E[k, j, a, b] * strain[2 * k + b // 6, b % 6]
+            for a in range(6):
+                for b in range(6):
+                    dW[a] += w * K[2 * k + j, a, b] * z[b]
+        magnus(start[k], 0, flat, 12 * k, T, h, here, 0)
+        station_at(sections, tendons, ends, tau, spread, world, axis, s_exit, grid, k, at[i], row)
+        wrench_at(grid, k, at[i], station, frame, touch, wrench, work[3, 1], work[3, 2], W)
+        dW[0] += W[1] * theta[5] - W[2] * theta[4]
+        dW[1] += W[2] * theta[3] - W[0] * theta[5]
+        dW[2] += W[0] * theta[4] - W[1] * theta[3]
+        dW[3] += W[1] * theta[2] - W[2] * theta[1] + W[4] * theta[5] - W[5] * theta[4]
+        dW[4] += W[2] * theta[0] - W[0] * theta[2] + W[5] * theta[3] - W[3] * theta[5]
+        dW[5] += W[0] * theta[1] - W[1] * theta[0] + W[3] * theta[4] - W[4] * theta[3]
+        local_wrench(here, dW, have)
+        for a in range(6):
+            have[a] -= left[i, a]
+        local(row, ends.shape[0], strains[i], z, work[0])
+        if not solve6(work[0], have, strained[i]):
+            strained[i, :] = math.nan

@@ -29,7 +29,7 @@ class NewtonSolution:
 
     def run(self, start: NewtonSolution | Solution | None = None) -> int:
         """Solve, from ``start`` if given. Returns and keeps the kernel's code."""
-        p, first = self.problem, FIRST_STEPS if self.problem.surface is None else CONTACT_STEPS
+        p, first = self.problem, FIRST_STEPS if self.problem.request.surface is None else CONTACT_STEPS
         trial = Trial(p, p.grid(p.steps or (max(first, start.steps // 2) if start else first)))
         self.trial = trial
         if start is None:
@@ -46,13 +46,13 @@ class NewtonSolution:
             coarse, trial = trial, Trial(p, _halved(trial.grid))
             trial.begin(coarse)
             code = self._driven(trial, False)
-            self.trial, self.error = trial, coarse.distance(trial) / (7.0 if p.surface is None else 3.0)
+            self.trial, self.error = trial, coarse.distance(trial) / (7.0 if p.request.surface is None else 3.0)
         return self._ended(code)
 
     @property
     def _goal(self) -> float:
         """Position error to be met, m: contact limits it, since its ends lie between the stages."""
-        return self.accuracy if self.problem.surface is None else max(self.accuracy, self.problem.contact_tolerance)
+        return self.accuracy if self.problem.request.surface is None else max(self.accuracy, self.problem.request.contact_tolerance)
 
     def _driven(self, trial: Trial, cold: bool) -> int:
         """Balance, and tensions that agree with the pulled lengths and with friction."""
@@ -66,20 +66,20 @@ class NewtonSolution:
 
     def _settled(self, trial: Trial, cold: bool) -> int:
         p = self.problem
-        if p.surface is not None:
+        if p.request.surface is not None:
             count = press(trial, 0.05 * self._goal)
             self.iterations += abs(count)
             return CONVERGED if count > 0 else STALLED
         if cold:
             trial.walk()
             tip = trial.end[-1, :3].copy()
-        count = trial.settle(0.05 * p.accuracy)
+        count = trial.settle(0.05 * p.request.accuracy)
         self.iterations += abs(count)
         if count < 0:
             return STALLED
         if cold and p.loaded:
             far = np.linalg.norm(trial.end[-1, :3] - tip) > AT_ONCE * p.length
-            if far or (p.conservative and trial.factor() > 0):
+            if far or (p.request.conservative and trial.factor() > 0):
                 return STALLED  # the answer may lie on another branch: let continuation find the way there
         return CONVERGED
 
@@ -110,7 +110,7 @@ class NewtonSolution:
     @property
     def accuracy(self) -> float:
         """Position error asked for, m."""
-        return self.problem.accuracy
+        return self.problem.request.accuracy
 
     @property
     def loaded(self) -> bool:
@@ -147,7 +147,7 @@ class NewtonSolution:
 
     def is_stable(self) -> bool | None:
         """Whether the energy's Hessian is positive definite (docs/method); None where the loads have no potential."""
-        return self.trial.factor() == 0 if self.problem.conservative else None
+        return self.trial.factor() == 0 if self.problem.request.conservative else None
 
     @property
     def contacts(self) -> Contacts | None:

@@ -1,30 +1,102 @@
-"""`RodProblem`: what is asked of a rod, in the arrays of `kernel_newton`, for any robot and any load."""
+"""`Request`: what a user asks of a rod; `RodProblem`: the same in the arrays of `kernel_newton`, for any robot and load."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
+from math import cos, sin
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..loads import Load, load_tables
 from ..robot import Robot
+from ..rotation import exp_so3
 from ..surface import Surface
-from .solution import Solution
+
+if TYPE_CHECKING:
+    from .newton import NewtonSolution
+    from .solution import Solution
 
 SAME_PLACE = 1e-9  # of the exposed length: nodes closer than this are one
+ZERO, STRAIGHT = (0.0, 0.0, 0.0), (0.0, 0.0)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Request:
+    """Checked arguments of `solve`; there they are described. pose is None for the identity.
+
+    pulled (T,): lengths, NaN where the tension is given. history: tensions before, as (material coordinates (k,),
+    tensions (k, T)), None where all were pulled from slack.
+    """
+
+    robot: Robot
+    tensions: np.ndarray
+    pulled: np.ndarray
+    gravity: tuple[float, ...] = ZERO
+    tip_force: tuple[float, ...] = ZERO
+    tip_moment: tuple[float, ...] = ZERO
+    distributed_force: tuple[float, ...] = ZERO
+    distributed_moment: tuple[float, ...] = ZERO
+    insertion: float = 1.0
+    rotation: float = 0.0
+    pose: np.ndarray | None = None
+    tilt: tuple[float, ...] = STRAIGHT
+    offset: tuple[float, ...] = STRAIGHT
+    loads: tuple[Load, ...] = ()
+    centroid_weight: bool = False
+    history: tuple[np.ndarray, np.ndarray] | None = None
+    surface: Surface | None = None
+    contact_tolerance: float = 1e-5
+    accuracy: float = 1e-6
+    steps: int = 0
+
+    @property
+    def length(self) -> float:
+        """Exposed length of the neutral axis, m."""
+        return self.insertion * self.robot.length_na
+
+    @property
+    def s_exit(self) -> float:
+        """Material coordinate of the exit, m."""
+        return (1.0 - self.insertion) * self.robot.length_na
+
+    @property
+    def conservative(self) -> bool:
+        """Whether all loads have a potential: neither moments fixed in the world nor forces that turn with the body."""
+        moments = (self.tip_moment, self.distributed_moment, *(getattr(load, "moment", ZERO) for load in self.loads))
+        ends = (getattr(load, "moment_end", None) or ZERO for load in self.loads)
+        turning = (getattr(load, "frame", "world") == "body" for load in self.loads)
+        return not (any(map(any, moments)) or any(map(any, ends)) or any(turning))
+
+    @property
+    def answers(self) -> bool:
+        """Whether tensions depend on the shape: some tendon is driven by its length or rubs."""
+        return bool((~np.isnan(self.pulled)).any() or self.robot.friction.any())
+
+
+def exit_frame(robot: Robot, s_exit: float, rotation: float, pose, tilt, offset) -> tuple[float, ...]:
+    """p[3] R[9] of the first exposed section, its tube axis in the middle of the outer tube's exit."""
+    c, d = cos(rotation), sin(rotation)
+    x, y = (robot.section.r_na, 0.0) if robot.is_uniform else robot.axis_offset(np.array([s_exit]))[0].tolist()
+    frame = (-x * c + y * d, -x * d - y * c, 0.0, c, -d, 0.0, d, c, 0.0, 0.0, 0.0, 1.0)
+    if pose is None and tilt == STRAIGHT and offset == STRAIGHT:
+        return frame
+    T = np.eye(4) if pose is None else pose
+    R = T[:3, :3] @ exp_so3(np.array([*tilt, 0.0]))
+    p = T[:3, 3] + T[:3, :3] @ np.array([*offset, 0.0]) + R @ frame[:3]
+    return *p.tolist(), *(R @ np.reshape(frame[3:], (3, 3))).ravel().tolist()
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RodProblem:
-    """A robot, its tensions and loads in arrays; layouts in `kernel_newton`, `Robot` and `load_tables`.
+    """A request in arrays; layouts in `kernel_newton`, `Robot` and `load_tables`.
 
-    tensions (T,) at the exit; pulled (T,) lengths, NaN where the tension is given; world (10,); points (p, 12) with the
-    material coordinate in front; spread (a, 15); frame (12,). history: tensions before, as (material coordinates (k,),
-    tensions (k, T)), None where all were pulled from slack.
+    tensions (T,) at the exit; world (10,); points (p, 12) with the material coordinate in front; spread (a, 15);
+    frame (12,).
     """
 
+    request: Request
     robot: Robot
     tensions: np.ndarray
     pulled: np.ndarray
@@ -34,28 +106,13 @@ class RodProblem:
     frame: np.ndarray
     length: float
     s_exit: float
-    accuracy: float
-    steps: int = 0
-    history: tuple[np.ndarray, np.ndarray] | None = None
-    surface: Surface | None = None
-    contact_tolerance: float = 1e-5
+    steps: int
 
     @cached_property
     def axis(self) -> np.ndarray:
         """(m, 2) tube axis in the section frame, by row of the robot's section table."""
         table = self.robot.section_table
         return np.ascontiguousarray(self.robot.axis_offset(0.5 * (table[:, 0] + table[:, 1])))
-
-    @property
-    def conservative(self) -> bool:
-        """Whether all loads have a potential: neither moments fixed in the world nor forces that turn with the body."""
-        turning = (self.world[6:9], self.points[:, 4:7], self.points[:, 10], self.spread[:, 8:])
-        return not any(part.any() for part in turning)
-
-    @property
-    def answers(self) -> bool:
-        """Whether tensions depend on the shape: some tendon is driven by its length or rubs."""
-        return bool((~np.isnan(self.pulled)).any() or self.robot.friction.any())
 
     @property
     def loaded(self) -> bool:
@@ -68,10 +125,9 @@ class RodProblem:
         world[:9] *= load
         points[:, 1:7] *= load
         spread[:, 2:14] *= load
-        tensions = tension * self.tensions
         return replace(
-            self, world=world, points=points, spread=spread, tensions=tensions, pulled=tension * self.pulled,
-            steps=max(steps, self.steps),
+            self, world=world, points=points, spread=spread, tensions=tension * self.tensions,
+            pulled=tension * self.pulled, steps=max(steps, self.steps),
         )  # fmt: skip
 
     def with_steps(self, steps: int) -> RodProblem:
@@ -89,22 +145,34 @@ class RodProblem:
         return self.length * np.concatenate([*parts, [1.0]])
 
 
-def rod_problem(robot: Robot, loads: Iterable[Load], gravity, uniform, tip, centroid: bool, **known) -> RodProblem:
-    """The problem of ``robot`` under these loads. uniform: dead f[3] l[3]; tip: dead F[3] M[3] on the neutral axis."""
-    points, spread = load_tables(robot, loads, gravity)
+def rod_problem(request: Request) -> RodProblem:
+    """The request in arrays. Raises `InvalidInput` where a load does not lie on the robot."""
+    robot, tip = request.robot, (*request.tip_force, *request.tip_moment)
+    points, spread = load_tables(robot, request.loads, request.gravity)
     if any(tip):
-        row = np.array([[robot.length_na, *tip, 0.0, 0.0, 0.0, 0.0, 0.0]])
-        points = np.concatenate([points, row])
-    world = np.array([*gravity, *uniform, float(centroid)])
-    return RodProblem(robot=robot, world=world, points=points, spread=spread, **known)
-
-
-def problem_of(robot: Robot, solution: Solution) -> RodProblem:
-    """The same problem as a shooting solution's, for what works on every rod."""
-    load, weight = solution.problem[:12], robot.section.line_density * np.array(solution.gravity)
-    known = {"length": solution.length, "s_exit": solution.s_exit, "accuracy": solution.accuracy, "steps": solution.steps}
-    uniform = (*(load[6:9] - weight), *load[9:12])
-    return rod_problem(
-        robot, (), solution.gravity, uniform, tuple(load[:6]), False, tensions=solution.tensions.copy(),
-        pulled=np.full(robot.n_tendons, np.nan), frame=solution.problem[14:26].copy(), **known,
+        points = np.concatenate([points, [[robot.length_na, *tip, 0.0, 0.0, 0.0, 0.0, 0.0]]])
+    uniform = (*request.gravity, *request.distributed_force, *request.distributed_moment)
+    place = (request.rotation, request.pose, request.tilt, request.offset)
+    return RodProblem(
+        request=request, robot=robot, tensions=request.tensions.copy(), pulled=request.pulled,
+        world=np.array([*uniform, float(request.centroid_weight)]), points=points, spread=spread,
+        frame=np.array(exit_frame(robot, request.s_exit, *place)), length=request.length, s_exit=request.s_exit,
+        steps=request.steps,
     )  # fmt: skip
+
+
+def request(asked: tuple, **more) -> Request:
+    """A `Request` from the arguments that every solve keeps: robot, gravity, F, M, f, l, insertion, place of the exit."""
+    robot, g, F, M, f, l, insertion, (rotation, pose, tilt, offset) = asked
+    return Request(
+        robot=robot, gravity=tuple(g), tip_force=tuple(F), tip_moment=tuple(M), distributed_force=tuple(f),
+        distributed_moment=tuple(l), insertion=insertion, rotation=rotation, pose=pose, tilt=tilt, offset=offset, **more,
+    )  # fmt: skip
+
+
+def problem_of(solution: Solution | NewtonSolution) -> RodProblem:
+    """What was asked of a solution, whichever way it was found."""
+    if isinstance(solution.problem, RodProblem):
+        return solution.problem
+    T, known = solution.tensions, {"accuracy": solution.accuracy, "steps": int(solution.problem[27])}
+    return rod_problem(request(solution.asked, tensions=T.copy(), pulled=np.full(T.size, np.nan), **known))  # pyright: ignore

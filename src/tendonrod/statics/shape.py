@@ -17,6 +17,7 @@ from .solution import Solution
 
 if TYPE_CHECKING:
     from ..robot import Robot
+    from .derivatives import Jacobian
 
 
 class Status(StrEnum):
@@ -32,6 +33,7 @@ class Status(StrEnum):
         "the strain of a section could not be balanced, because the tensions crush the rod; "
         "lower the tensions or check the section"
     )
+    NOT_REACHED = "not solved, because the batch was stopped before; solve the rest in another batch"
     TOO_FINE = "the accuracy asked for needs more steps than allowed; ask for a larger accuracy"
 
 
@@ -183,6 +185,36 @@ class Shape:
         reach = s_m <= self.robot.tendon_ends[i] * (1 + 1e-12)
         offset = self.robot.tendon_position(i, s_m[reach])
         return _frozen(self.position[reach] + np.einsum("nij,nj->ni", self.rotation[reach], offset))
+
+    def jacobian(self, *inputs: str, s=None) -> Jacobian:
+        """Derivatives of position, rotation and strains by ``inputs``, at arc lengths ``s`` (m), None for those here.
+
+        Inputs: tensions or displacements, gravity, tip_force, tip_moment, distributed_force, distributed_moment,
+        insertion, rotation, exit_position and exit_rotation (world frame, about the exit), exit_tilt, exit_offset,
+        loads[i].force and the like, and every name of `Robot.parameters`; a vector stands for all its entries, "tip_force[0]"
+        for one. Exact for the equations on the solution's grid (docs/method). Raises `InvalidInput` by name.
+        """
+        from .derivatives import jacobian
+
+        self._must_be_solved("jacobian")
+        return jacobian(self, inputs, self.s if s is None else arc_lengths(s, self.length))
+
+    @cached_property
+    def tip_compliance(self) -> np.ndarray:
+        """(6, 6) motion of the tip (m, rad; world frame, at the neutral axis) by a force (N) and moment (N m) there."""
+        from .derivatives import compliance
+
+        self._must_be_solved("tip_compliance")
+        return _frozen(compliance(self))
+
+    @cached_property
+    def tip_stiffness(self) -> np.ndarray:
+        """(6, 6) inverse of `tip_compliance`: N/m, N, N, N m."""
+        return _frozen(np.linalg.inv(self.tip_compliance))
+
+    def _must_be_solved(self, what: str) -> None:
+        if not self.converged or self.length == 0.0:
+            raise InvalidInput(what, self.status.name.lower(), "asked of a solved shape with something exposed")
 
     def at(self, s) -> Shape:
         """The same configuration at other arc lengths ``s`` (m, from 0 to `length`), equally accurate."""

@@ -55,14 +55,14 @@ def _import_kernel():
 class Solution:
     """A rod's problem in arrays and, once `run`, its solution.
 
-    rod (13,), tendons (n, 7), problem (30,), gravity (3,) of the weight among its loads: what is asked. state, jacobian (3, 3), stats (8,): what comes of it.
+    rod (13,), tendons (n, 7), problem (30,): what is asked; asked: see `equilibrium.request_of`. state, jacobian (3, 3), stats (8,): what comes of it.
     """
 
-    __slots__ = ("code", "gravity", "jacobian", "problem", "rod", "state", "stats", "tendons")
+    __slots__ = ("asked", "code", "jacobian", "problem", "rod", "state", "stats", "tendons")
 
-    def __init__(self, rod: np.ndarray, tendons: np.ndarray, problem: np.ndarray, gravity=(0.0, 0.0, 0.0)) -> None:
-        self.rod, self.tendons, self.problem, self.gravity = rod, tendons, problem, gravity
-        self.stats, self.jacobian, self.code = np.empty(8), np.empty((3, 3)), -1
+    def __init__(self, rod: np.ndarray, tendons: np.ndarray, problem: np.ndarray, asked: tuple | None = None) -> None:
+        self.rod, self.tendons, self.problem, self.asked = rod, tendons, problem, asked
+        self.stats, self.jacobian, self.code = np.zeros(8), np.empty((3, 3)), -1
         self.state = np.empty(0)
 
     @property
@@ -166,11 +166,11 @@ class Solution:
         problem[:12] *= load
         tendons[:, 6] *= tension
         problem[27] = max(steps, int(problem[27]))
-        return Solution(self.rod, tendons, problem, tuple(load * g for g in self.gravity))
+        return Solution(self.rod, tendons, problem, self.asked)
 
     def again(self, steps: int | None = None) -> Solution:
         """The same problem, unsolved; with a fixed number of steps where it is given."""
-        copy = Solution(self.rod, self.tendons, self.problem.copy(), self.gravity)
+        copy = Solution(self.rod, self.tendons, self.problem.copy(), self.asked)
         if steps is not None:
             copy.problem[27] = steps
         return copy

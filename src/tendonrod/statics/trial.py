@@ -48,12 +48,13 @@ class Trial:
         self.E, self.Q, self.X = np.empty((n, 3, 6, 12)), np.empty((n, 12, 12)), np.empty((n, 12, 6))
         self.K, self.S = np.empty((2 * n, 6, 6)), np.empty((n + 1, 6, 6))
         self.strain, self.twist, self.y = np.empty((2 * n, 6)), np.empty((n + 1, 6)), np.empty((n, 12))
+        self.push = np.empty((n + 1, 6))
         self.at_rest = np.zeros((2 * n, 6)), np.zeros((n, 3, 6)), np.zeros((n + 1, 6)), np.zeros(6)
         self.points, self.joints = self._at_nodes(problem.points), self._at_nodes(problem.robot.joints)
         self.energy, self.negative = inf, 0
         self.place()
-        self.contact = None if problem.surface is None else Contact(problem, self)
-        self.strands = Strands(problem, self) if problem.answers else None
+        self.contact = None if problem.request.surface is None else Contact(problem, self)
+        self.strands = Strands(problem, self) if problem.request.answers else None
 
     @property
     def strains(self) -> np.ndarray:
@@ -100,6 +101,18 @@ class Trial:
         one, two = other.strains[2 * k], other.strains[2 * k + 1]
         self.x[:] = one + c[:, None] * (two - one)
 
+    def take(self, solution) -> None:
+        """Take over a solution on the same grid."""
+        self.x[:] = solution.strains
+        if isinstance(solution.problem, RodProblem):
+            other = solution.trial
+            self.tensions, self.share = other.tensions.copy(), other.share.copy()
+            self.place()
+            if self.contact is not None:
+                self.contact.held = other.contact.held.copy()
+            if self.strands is not None:
+                self.strands.along(self, self.x)
+
     def share_at(self, s: np.ndarray) -> np.ndarray:
         """(k, T) shares of the tensions that arrive at arc lengths ``s`` (k,)."""
         return np.stack([np.interp(s, self.stages, self.share[:, i]) for i in range(self.n_tendons)], axis=1)
@@ -133,7 +146,7 @@ class Trial:
         forcing = [b if a is None else a for a, b in zip(given, (zero, no_twist, zero, no_load, at_rest), strict=True)]
         self.kernel.respond(
             self.grid, self.n, self.frame, self.E, self.Q, self.X, self.K, self.S, self.inner, *forcing, self.strain,
-            self.twist, self.y, self.work,
+            self.twist, self.push, self.y, self.work,
         )  # fmt: skip
         return self.strain, self.twist
 
@@ -231,17 +244,38 @@ class Trial:
             found[i] = row[self.kernel.WEIGHT : self.kernel.WEIGHT + 3] + row[self.kernel.DEAD : self.kernel.DEAD + 3]
         return found
 
-    def rows(self, at: np.ndarray) -> np.ndarray:
-        """(n, 24) read-only rows p[3] R[9] v[3] u[3] N[3] M[3] at arc lengths ``at`` (n,), m."""
-        p, rows = self.problem, np.empty((at.size, 24))
-        self.kernel.sample(
+    @property
+    def _where(self) -> tuple:
+        """Arguments by which the kernel knows this rod at any arc length."""
+        p = self.problem
+        return (
             p.robot.section_table, p.robot.tendon_table, p.robot.tendon_ends, self.share * self.tensions, p.spread,
             p.world, p.axis, p.s_exit, self.grid, self.n, self.station, self.x, self.start, self.frame, self.touch,
-            self.wrench, p.length, p.robot.rod_constants[12], at, np.empty(self.station.shape[1]), rows, self.work,
+            self.wrench,
         )  # fmt: skip
+
+    def rows(self, at: np.ndarray) -> np.ndarray:
+        """(n, 24) read-only rows p[3] R[9] v[3] u[3] N[3] M[3] at arc lengths ``at`` (n,), m."""
+        p, rows, row = self.problem, np.empty((at.size, 24)), np.empty(self.station.shape[1])
+        self.kernel.sample(*self._where, p.length, p.robot.rod_constants[12], at, row, rows, self.work)
         rows[:, :3] += p.frame[:3]
         rows.setflags(write=False)
         return rows
+
+    def unbalanced(self, at: np.ndarray, strains: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(frames (n, 12) relative to the base's place, imbalance (n, 6)) at ``at`` (n,) for strains (n, 6) there."""
+        frames, left = np.empty((at.size, 12)), np.empty((at.size, 6))
+        self.kernel.unbalanced(*self._where, at, strains, np.empty(self.station.shape[1]), frames, left, self.work)
+        return frames, left
+
+    def response_at(self, at: np.ndarray, strains: np.ndarray, left: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(twists (n, 6), strains (n, 6)) of the last `respond` at ``at`` (n,); left (n, 6): explicit imbalance there."""
+        moved, strained = np.empty((at.size, 6)), np.empty((at.size, 6))
+        self.kernel.response_at(
+            *self._where, self.E, self.K, self.S, self.strain, self.twist, self.push, at, strains, left,
+            np.empty(self.station.shape[1]), moved, strained, self.work,
+        )  # fmt: skip
+        return moved, strained
 
     def _at_nodes(self, rows: np.ndarray) -> np.ndarray:
         """``rows`` that act on the exposed rod, sorted, with the number of the node in place of the coordinate."""

@@ -1,0 +1,288 @@
+"""`balance_errors`: whether a shape obeys the equations of docs/derivations, by a quadrature that the solver lacks.
+
+Nothing here comes from the kernels: the equations are written out again in NumPy and used as integrals, over panels of
+Gauss-Legendre nodes between the places where a tendon, a load or a segment ends, of rows that `Shape.at` gives there:
+
+    p(s) = p(0) + integral of R v                   R(s) = R(0) + integral of R u^          rigid jumps at joints
+    N(s) = integral beyond s of f + point forces    K(s) = integral beyond s of p x f + l + point moments, K = M + p x N
+    Kse (v - v*) + sum tau t = R' N                 Kbt (u - u*) + sum r x tau t = R' M     t along u x r + r' + v
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import ceil, nan
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.polynomial import legendre
+
+from .equilibrium import request_of
+from .newton import NewtonSolution
+from .problem import rod_problem
+from .solution import RETRACTED
+
+if TYPE_CHECKING:
+    from .shape import Shape
+
+NODES = 12  # in a panel
+TURN = 3.0  # rad by which a section may turn within a panel of the first quadrature
+MOST_PANELS = 2000
+SETTLED = 1e-10  # error that no finer quadrature is needed for
+SAME_PLACE = 1e-9  # of the exposed length: places closer than this are one
+SLENDER = 1e-7  # of EA: force below which the rounding of a strain counts
+
+_X, _WEIGHTS = legendre.leggauss(NODES)
+_SERIES = np.linalg.inv(legendre.legvander(_X, NODES - 1))  # Legendre coefficients from values at the nodes
+_INTEGRAL = legendre.legvander(_X, NODES) @ legendre.legint(_SERIES, lbnd=-1)  # from -1 to each node
+
+
+class Worst(NamedTuple):
+    """The largest relative error of one equation, and the arc length s (m) where it is."""
+
+    error: float
+    s: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class BalanceErrors:
+    """How far a shape is from obeying each equation; every error is dimensionless, NaN where the shape did not converge.
+
+    With L the exposed length and EI the softest of the stiffnesses Kbt anywhere on it:
+
+    - position: of p, in units of L, and rotation: of R, in units of the angle by which the section turns along the rod
+      or of 1 rad if that is larger. Both against the integral of the strains from the exit.
+    - force: of N, in units of the largest |N| or of EI / L^2 if that is larger.
+    - moment: of M, in units of the largest |M| or of EI / L if that is larger. Both against the loads beyond s.
+    - section_force: of the law for v, in units of the largest of |N|, EI / L^2, tension, and 1e-7 of EA.
+    - section_moment: of the law for u, in units as ``moment``.
+    - rows: distance between the rows that the shape holds and those checked, in the same units; strains against 1, 1 / L.
+    """
+
+    position: Worst
+    rotation: Worst
+    force: Worst
+    moment: Worst
+    section_force: Worst
+    section_moment: Worst
+    rows: Worst
+
+    @property
+    def largest(self) -> float:
+        """The largest of the errors."""
+        return float(np.max([getattr(self, name).error for name in self.__dataclass_fields__]))  # NaN if any is
+
+
+def balance_error(shape: Shape) -> float:
+    """The largest relative error of the equations that ``shape`` should obey; see `BalanceErrors`. NaN: not converged."""
+    return balance_errors(shape).largest
+
+
+def balance_errors(shape: Shape) -> BalanceErrors:
+    """Errors of kinematics, of force and moment balance and of the sections' law, each with its place.
+
+    The panels are halved as long as the quadrature's own error shows in the result.
+    """
+    if not shape.converged or shape.length < RETRACTED:
+        nothing = Worst(0.0 if shape.converged else nan, 0.0)
+        return BalanceErrors(**dict.fromkeys(BalanceErrors.__dataclass_fields__, nothing))
+    places, split = _Places(shape), 1
+    errors, rough = _errors(places, split)
+    while errors.largest > SETTLED and rough > 0.1 * errors.largest and places.count(2 * split) <= MOST_PANELS:
+        before, split = errors, 2 * split
+        errors, rough = _errors(places, split)
+        if errors.largest > 0.7 * before.largest:
+            break
+    return errors
+
+
+class _Places:
+    """A shape, its problem and the stretches between the places where something ends or acts."""
+
+    def __init__(self, shape: Shape) -> None:
+        self.shape, solution = shape, shape._solution
+        self.problem = rod_problem(request_of(shape))
+        self.length, self.exit, robot = solution.length, solution.s_exit, shape.robot
+        self.tensions, self.reach = solution.tensions, robot.tendon_ends - self.exit
+        self.frame = self.problem.frame
+        tables = robot.section_table[:, 0], robot.tendon_table[:, 1], robot.breaks, robot.joints[:, 0]
+        marks = np.concatenate([*tables, self.problem.points[:, 0], self.problem.spread[:, :2].ravel()]) - self.exit
+        near = SAME_PLACE * self.length
+        marks = np.sort(marks[(marks > near) & (marks < self.length - near)])
+        self.marks = np.concatenate([[0.0], marks[np.diff(marks, prepend=0.0) > near], [self.length]])
+        helix = np.abs(robot.tendon_table[:, 14]).max(initial=0.0)
+        rate = np.linalg.norm(solution.strains[:, 3:], axis=1).max() + helix  # only tells how fine to look
+        self.panels = np.maximum(1, np.ceil(rate * np.diff(self.marks) / TURN)).astype(int)
+
+    def count(self, split: int) -> int:
+        """Panels when each of the coarsest is split."""
+        return split * int(self.panels.sum())
+
+    def starts(self, split: int) -> np.ndarray:
+        """Start of each panel, and the end of the last."""
+        spans = zip(self.marks[:-1], self.marks[1:], split * self.panels, strict=True)
+        parts = [np.linspace(a, b, n, endpoint=False) for a, b, n in spans]
+        return np.concatenate([*parts, self.marks[-1:]])
+
+
+class _Samples:
+    """What the shape gives at (P, NODES + 1) places, the start of each panel and its nodes, and at the tip, in one row."""
+
+    def __init__(self, places: _Places, split: int) -> None:
+        self.edges = edges = places.starts(split)
+        self.width, self.middle = np.diff(edges), 0.5 * (edges[1:] + edges[:-1])
+        self.panel = np.append(np.repeat(np.arange(len(self.width)), NODES + 1), len(self.width) - 1)
+        nodes = edges[:-1, None] + 0.5 * self.width[:, None] * np.concatenate([[0.0], 1.0 + _X])
+        self.s = np.append(nodes, edges[-1])
+        held = places.shape.s
+        rows = places.shape.at(np.concatenate([self.s, held]))._rows
+        self.held, rows = rows[len(self.s) :], rows[: len(self.s)]
+        self.p, self.R = rows[:, :3] - places.frame[:3], rows[:, 3:12].reshape(-1, 3, 3)
+        self.v, self.u, self.N, self.M = rows[:, 12:15], rows[:, 15:18], rows[:, 18:21], rows[:, 21:24]
+        self.section = places.shape.robot.section_values(self.s + places.exit)
+
+    def at_nodes(self, values: np.ndarray) -> np.ndarray:
+        """(P, NODES, d) the values at the nodes of the panels."""
+        return values[:-1].reshape(len(self.width), NODES + 1, -1)[:, 1:]
+
+
+def _errors(places: _Places, split: int) -> tuple[BalanceErrors, float]:
+    """The errors with each panel split, and what the quadrature contributes to them at the most."""
+    x, L = _Samples(places, split), places.length
+    EI = x.section[:, 3:6].min()
+    force = max(_sizes(x.N).max(), EI / L**2)
+    moment = max(_sizes(x.M).max(), EI / L)
+    stretch = max(force, places.tensions.max(initial=0.0), SLENDER * x.section[:, :3].max())
+    f, l = _line_load(places, x)
+    spin = _cross(x.R, x.u[:, None]).reshape(-1, 9)  # R u^, whose rows are those of R, times u
+    rates = np.concatenate([_turned(x.R, x.v), spin, f, _cross(x.p, f) + l], axis=1)
+    y = x.at_nodes(rates)
+    inner = 0.5 * x.width[:, None, None] * (_INTEGRAL @ y)
+    whole = 0.5 * x.width[:, None] * (_WEIGHTS @ y)
+    turn = max(1.0, float(0.5 * x.width @ (x.at_nodes(_sizes(x.u))[..., 0] @ _WEIGHTS)))
+    units = np.repeat([L, turn, force, moment], [3, 9, 3, 3])
+    rough = (x.width[:, None, None] * np.abs(_SERIES[-2:] @ y) / units).max() / NODES
+    p, R = _frames(places, x, inner[..., :12], whole[:, :12])
+    N, M = _wrenches(places, x, inner[..., 12:], whole[:, 12:])
+    n, m = _section_law(places, x)
+    held, shown = _stated(places.shape, x.held, np.repeat([L, 1.0, 1.0, 1.0 / L, force, moment], [3, 9, 3, 3, 3, 3]))
+    return BalanceErrors(
+        position=_worst(x.s, (x.p - p) / L),
+        rotation=_worst(x.s, (x.R.reshape(-1, 9) - R) / (2**0.5 * turn)),
+        force=_worst(x.s, (x.N - N) / force),
+        moment=_worst(x.s, (x.M - M) / moment),
+        section_force=_worst(x.s, n / stretch),
+        section_moment=_worst(x.s, m / moment),
+        rows=_worst(held, shown),
+    ), float(rough)
+
+
+def _line_load(places: _Places, x: _Samples) -> tuple[np.ndarray, np.ndarray]:
+    """Force and moment (n, 3) per metre of s, in the world; what presses on the body along it belongs here."""
+    world = places.problem.world
+    weight = x.section[:, 12:13] * world[:3]
+    f, l = weight + world[3:6], np.broadcast_to(world[6:9], weight.shape)
+    if world[9]:
+        centroid = np.concatenate([x.section[:, 13:15], np.zeros((len(x.s), 1))], axis=1)
+        l = l + _cross(_turned(x.R, centroid), weight)
+    for row in places.problem.spread:
+        a, b = row[:2] - places.exit
+        acts = ((a < x.middle) & (x.middle < b))[x.panel, None]
+        along = ((x.s - a) / (b - a))[:, None]
+        more = [acts * ((1.0 - along) * row[i : i + 3] + along * row[i + 3 : i + 6]) for i in (2, 8)]
+        if row[14]:
+            more = [_turned(x.R, each) for each in more]
+        f, l = f + more[0], l + more[1]
+    return f, l
+
+
+def _frames(places: _Places, x: _Samples, inner: np.ndarray, whole: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """p (n, 3) from the exit and R (n, 9) that the strains lead to."""
+    start = np.concatenate([np.zeros((1, 12)), np.cumsum(whole, axis=0)])
+    start[:, 3:] += places.frame[3:]
+    for s_m, dx, dy, angle in places.shape.robot.joints:
+        if s_m - places.exit > SAME_PLACE * places.length:
+            k, (c, d) = _edge(x, s_m - places.exit), (np.cos(angle), np.sin(angle))
+            R = start[k, 3:].reshape(3, 3)
+            turn = R @ np.array([[c - 1.0, -d, 0.0], [d, c - 1.0, 0.0], [0.0, 0.0, 0.0]])
+            start[k:] += np.concatenate([R @ (dx, dy, 0.0), turn.ravel()])
+    found = _spread_out(start, inner)
+    return found[:, :3], found[:, 3:]
+
+
+def _wrenches(places: _Places, x: _Samples, inner: np.ndarray, whole: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """N, M (n, 3) that the loads beyond each place ask for; just beyond a point load it has gone, but not at the tip."""
+    start = np.concatenate([whole[::-1].cumsum(axis=0)[::-1], np.zeros((1, 6))])
+    for row in places.problem.points:
+        s = row[0] - places.exit
+        if s > SAME_PLACE * places.length:
+            k = _edge(x, s)
+            at = min(k * (NODES + 1), len(x.s) - 1)
+            R = x.R[at]
+            F, M = (R @ row[1:4], R @ row[4:7]) if row[10] else (row[1:4], row[4:7])
+            tip = k == len(x.width)
+            start[: k + tip] += np.concatenate([F, M + np.cross(x.p[at] + R @ row[7:10], F)])
+    found = _spread_out(start, -inner)
+    N = found[:, :3]
+    return N, found[:, 3:] - _cross(x.p, N)
+
+
+def _section_law(places: _Places, x: _Samples) -> tuple[np.ndarray, np.ndarray]:
+    """Force and moment (n, 3) in the section frame that rod and tendons together miss."""
+    n = x.section[:, :3] * (x.v - x.section[:, 6:9]) - np.einsum("nji,nj->ni", x.R, x.N)
+    m = x.section[:, 3:6] * (x.u - x.section[:, 9:12]) - np.einsum("nji,nj->ni", x.R, x.M)
+    robot, s_m = places.shape.robot, x.s + places.exit
+    for i, tension in enumerate(places.tensions):
+        acts = (x.middle < places.reach[i])[x.panel]
+        if tension == 0.0 or not acts.any():
+            continue
+        r, slope = robot.tendon_position(i, s_m), robot.tendon_slope(i, s_m)
+        if robot.tendons[i].wall == "free":
+            r = _shortest(robot, i, s_m, x.u, x.v, r)
+        path = _cross(x.u, r) + slope + x.v
+        pull = (acts * tension / _sizes(path))[:, None] * path
+        n, m = n + pull, m + _cross(r, pull)
+    return n, m
+
+
+def _shortest(robot, i: int, s_m: np.ndarray, u: np.ndarray, v: np.ndarray, wall: np.ndarray) -> np.ndarray:
+    """Where a tendon free in the lumen runs: of the points of the diameter through the wall, that of the shortest path."""
+    middle = robot.axis_offset(s_m)[:, 0]
+    reach = np.abs(wall[:, 0] - middle)
+    turn = u[:, 1] ** 2 + u[:, 2] ** 2
+    rises = u[:, 1] * v[:, 2] - u[:, 2] * v[:, 1]  # minus half the slope of |path|^2 over x, at x = 0
+    best = np.divide(rises, turn, out=np.full_like(turn, np.inf), where=turn > 0.0)
+    return np.stack([np.clip(best, middle - reach, middle + reach), wall[:, 1], wall[:, 2]], axis=1)
+
+
+def _stated(shape: Shape, checked: np.ndarray, units: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(s, differences) between the rows that the shape holds and those checked."""
+    return shape.s, np.abs(shape._rows - checked) / units
+
+
+def _edge(x: _Samples, s: float) -> int:
+    return int(np.abs(x.edges - s).argmin())
+
+
+def _spread_out(start: np.ndarray, inner: np.ndarray) -> np.ndarray:
+    """Values (n, d) at all samples, from those at the edges (P + 1, d) and the growth within (P, NODES, d)."""
+    first = start[:-1, None]
+    return np.concatenate([np.concatenate([first, first + inner], axis=1).reshape(-1, start.shape[1]), start[-1:]])
+
+
+def _worst(s: np.ndarray, differences: np.ndarray) -> Worst:
+    sizes = _sizes(differences)
+    at = int(sizes.argmax())  # of NaN the first
+    return Worst(float(sizes[at]), float(s[at]))
+
+
+def _sizes(vectors: np.ndarray) -> np.ndarray:
+    return np.sqrt(np.einsum("ni,ni->n", vectors, vectors))
+
+
+def _turned(R: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+    return np.einsum("nij,nj->ni", R, vectors)
+
+
+def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    return a[..., [1, 2, 0]] * b[..., [2, 0, 1]] - a[..., [2, 0, 1]] * b[..., [1, 2, 0]]

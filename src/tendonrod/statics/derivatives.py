@@ -1,0 +1,309 @@
+"""`jacobian`: how a shape answers a change of what was asked, exact through the implicit function theorem.
+
+The discrete equations r(x; input) = 0 of the solution's own grid are differentiated: dx = -(dr/dx)^-1 dr/dinput. dr/dx is
+factored once; dr/dinput is taken at fixed strains, where r is explicit: by its exact difference where it is linear in the
+input, else by a central difference. No solve is ever differenced. Derivation: docs/method.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..errors import InvalidInput
+from ..rotation import exp_so3, log_so3
+from .problem import Request, problem_of, rod_problem
+from .trial import Trial
+
+if TYPE_CHECKING:
+    from .shape import Shape
+
+STEP = 2e-6  # relative, of central differences at fixed strains
+RIGID = 1e4  # contact stiffness in derivatives, relative to that of the solve
+LINEAR = ("gravity", "tip_force", "tip_moment", "distributed_force", "distributed_moment")  # three columns each
+POSES = {"exit_position": 3, "exit_rotation": 3, "exit_tilt": 2, "exit_offset": 2}
+ROUNDS = 40  # of friction's answer
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Jacobian:
+    """Derivatives of a shape at arc lengths s (n,) by the m inputs ``names``; SI, world frame, columns last.
+
+    position (n, 3, m) of the neutral axis; rotation (n, 3, m): rotation vector of the section; v, u (n, 3, m): strains in
+    the section frame; tensions (T, m) at the exit. By insertion, material points are followed: the section that is at s
+    moves out with the robot.
+    """
+
+    names: tuple[str, ...]
+    s: np.ndarray
+    position: np.ndarray
+    rotation: np.ndarray
+    v: np.ndarray
+    u: np.ndarray
+    tensions: np.ndarray
+
+    def __getitem__(self, name: str) -> Jacobian:
+        """The columns of one input, a number such as "insertion" or a vector such as "tip_force"."""
+        on = [i for i, each in enumerate(self.names) if each == name or each.startswith(f"{name}[")]
+        if not on:
+            raise InvalidInput("name", name, "one of " + ", ".join(self.names))
+        arrays = {key: getattr(self, key)[..., on] for key in ("position", "rotation", "v", "u", "tensions")}
+        return replace(self, names=tuple(self.names[i] for i in on), **arrays)
+
+
+def jacobian(shape: Shape, inputs: Sequence[str], s: np.ndarray) -> Jacobian:
+    """Derivatives of ``shape`` at ``s`` (n,) by ``inputs``; see `Shape.jacobian`."""
+    answers = _Answers(shape, s)
+    asked = answers.trial.problem.request
+    columns = [column for name in inputs for column in _columns(asked, name)]
+    found = np.empty((len(columns), s.size, 12))
+    tensions = np.zeros((len(columns), asked.robot.n_tendons))
+    for i, (_, up, down, size) in enumerate(columns):
+        found[i], tensions[i] = answers.column(up, down, size)
+    moved = np.moveaxis(found, 0, 2)
+    position = moved[:, :3] + np.cross(moved[:, 3:6], answers.frames[:, :3, None], axis=1)
+    arrays = {"position": position, "rotation": moved[:, 3:6], "v": moved[:, 6:9], "u": moved[:, 9:], "tensions": tensions.T}
+    for array in (s, *arrays.values()):
+        array.setflags(write=False)
+    return Jacobian(names=tuple(name for name, *_ in columns), s=s, **arrays)
+
+
+def compliance(shape: Shape) -> np.ndarray:
+    """(6, 6) motion (m, rad) of the tip by a force and moment there; see `Shape.tip_compliance`."""
+    answers = _Answers(shape, np.array([shape.length]))
+    trial, tip = answers.trial, answers.frames[0, :3]
+    found = np.empty((6, 6))
+    for i in range(6):
+        push = np.zeros((trial.n + 1, 6))
+        push[-1, i] = 1.0
+        if i < 3:
+            push[-1, 3:] = np.cross(tip, push[-1, :3])
+        answer = answers.answer({"node_load": push}, np.zeros((1, 6)))
+        v, w = answer[0, :3], answer[0, 3:6]
+        found[:3, i], found[3:, i] = v + np.cross(w, tip), w
+    return found
+
+
+class _Answers:
+    """Columns of one solved shape, at arc lengths s."""
+
+    def __init__(self, shape: Shape, s: np.ndarray) -> None:
+        solution = shape._solution
+        self.trial = trial = Trial(problem_of(solution), solution.grid.copy())
+        self.s = s
+        trial.take(solution)
+        trial.walk()
+        if trial.contact is not None:
+            trial.contact.rigid(RIGID)
+            trial.walk()
+        trial.factor()
+        self.strains = trial.rows(s)[:, 12:18].copy()
+        self.frames, self.left = trial.unbalanced(s, self.strains)
+        self.strands = trial.strands
+        self.units = self._units() if self.strands is not None else {}
+
+    def column(self, up: Request, down: Request | None, size: float) -> tuple[np.ndarray, np.ndarray]:
+        """((n, 12) twist and strains at s, (T,) tensions) by one input. ``down`` None: ``up`` is linear in it."""
+        answer, missing = self._at_tensions(up, down, size)
+        tensions = (up.tensions - (down or self.trial.problem.request).tensions) / size
+        if not self.units:
+            return answer, tensions
+        driven = list(self.units)
+        change = np.linalg.solve([[-self.units[j][1][i] for j in driven] for i in driven], missing[driven])
+        tensions[driven] = change
+        return answer + sum(by * self.units[j][0] for by, j in zip(change, driven, strict=True)), tensions
+
+    def answer(self, forcing: dict[str, np.ndarray], left: np.ndarray) -> np.ndarray:
+        """(n, 12) answer to a forcing of `Trial.respond` at fixed tensions; left (n, 6): explicit imbalance at s."""
+        self.trial.respond(**forcing)
+        return np.hstack(self.trial.response_at(self.s, self.strains, left))
+
+    def _units(self) -> dict[int, tuple[np.ndarray, np.ndarray]]:
+        """Answers to each tension that is not given but follows from a pulled length."""
+        asked, found = self.trial.problem.request, {}
+        for i in self.strands.driven:
+            if self.trial.tensions[i] > 0.0:
+                half = STEP * self.trial.tensions[i]
+                sides = change(asked, f"tensions[{i}]", half), change(asked, f"tensions[{i}]", -half)
+                found[i] = self._at_tensions(*sides, 2.0 * half)
+        return found
+
+    def _at_tensions(self, up: Request, down: Request | None, size: float) -> tuple[np.ndarray, np.ndarray]:
+        """((n, 12) answers, (T,) pulled length that goes missing), tensions that follow from lengths held."""
+        base, strands = self.trial, self.strands
+        high, low = self._moved(up), base if down is None else self._moved(down)
+        left = (high.left - low.left) / size
+        frames, left_at = high.unbalanced(self._at(high), self.strains)
+        frames_low, left_low = (self.frames, self.left) if down is None else low.unbalanced(self._at(low), self.strains)
+        left_at = (left_at - left_low) / size
+        shift = (high.problem.frame[:3] - low.problem.frame[:3]) / size
+        explicit = np.hstack([_twists(frames, frames_low, size, shift), np.zeros_like(left_at)])
+        answer = explicit + self.answer({"left": left}, left_at)
+        if strands is None:
+            return answer, np.zeros(base.n_tendons)
+        strain, rubbed = base.strain.copy(), np.zeros_like(base.share)
+        carried = base.share * (high.tensions - low.tensions) / size
+        for _ in range(ROUNDS if strands.rubs else 0):
+            before, rubbed = rubbed, self._rubbed(high, low, size, strain) - carried
+            more = np.einsum("jt,jti->ji", rubbed, strands.pull)
+            answer = explicit + self.answer({"left": left + more}, left_at + self._left_by(rubbed))
+            strain = base.strain.copy()
+            if np.abs(rubbed - before).max() <= 1e-11 * np.abs(rubbed).max(initial=1e-300):
+                break
+        missing = (self._missing(high) - self._missing(low)) / size
+        missing += np.einsum("j,jti,ji->t", base.weights, strands.pull, strain)
+        return answer, missing - strands.compliance * (base.weights @ (strands.rest * rubbed))
+
+    def _moved(self, asked: Request) -> Trial:
+        """The solution's strains in a changed request."""
+        base, problem = self.trial, rod_problem(asked)
+        trial = Trial(problem, base.grid * (problem.length / base.problem.length))
+        trial.x[:] = base.x
+        trial.tensions = base.tensions + asked.tensions - base.problem.request.tensions
+        trial.share = base.share
+        trial.place()
+        if trial.contact is not None and base.contact is not None:
+            trial.contact.held, trial.contact.stiffness = base.contact.held, base.contact.stiffness
+            trial.contact.on = base.contact.on
+        trial.walk()
+        return trial
+
+    def _at(self, trial: Trial) -> np.ndarray:
+        """The arc lengths of the same material points in a changed request."""
+        if trial.problem.robot is self.trial.problem.robot:
+            return self.s + trial.problem.length - self.trial.problem.length
+        return self.s * (trial.problem.length / self.trial.problem.length)
+
+    def _rubbed(self, high: Trial, low: Trial, size: float, strain: np.ndarray) -> np.ndarray:
+        """(2n, T) change of the tensions along the tendons with the inputs and the strains that answer."""
+        fields = []
+        for trial, sign in ((high, 0.5), (low, -0.5)):
+            trial.x[:] = self.trial.x + sign * size * strain
+            fields.append(trial.strands.field(trial))  # pyright: ignore[reportOptionalMemberAccess]
+            trial.x[:] = self.trial.x
+        return (fields[0] - fields[1]) / size
+
+    def _left_by(self, rubbed: np.ndarray) -> np.ndarray:
+        """(n, 6) imbalance at s by a change (2n, T) of the tensions along the tendons."""
+        trial, share = self.trial, self.trial.share
+        size = 1e-3 * np.abs(share).max() / max(1e-300, np.abs(rubbed).max())
+        by = np.divide(size * rubbed, trial.tensions, out=np.zeros_like(rubbed), where=trial.tensions > 0.0)
+        trial.share = share + by
+        left = (trial.unbalanced(self.s, self.strains)[1] - self.left) / size
+        trial.share = share
+        return left
+
+    def _missing(self, trial: Trial) -> np.ndarray:
+        strands = trial.strands
+        strands.along(trial, trial.x)  # pyright: ignore[reportOptionalMemberAccess]
+        return np.nan_to_num(strands.missing(trial))  # pyright: ignore[reportOptionalMemberAccess]
+
+
+def _twists(frames: np.ndarray, other: np.ndarray, size: float, shift: np.ndarray) -> np.ndarray:
+    """(n, 6) twists from one set of frames (n, 12) to another; ``shift`` (3,): motion of their origin."""
+    R, Q = frames[:, 3:].reshape(-1, 3, 3), other[:, 3:].reshape(-1, 3, 3)
+    w = log_so3(R @ Q.transpose(0, 2, 1)) / size
+    middle = 0.5 * (frames[:, :3] + other[:, :3])
+    return np.hstack([(frames[:, :3] - other[:, :3]) / size + shift - np.cross(w, middle), w])
+
+
+def _columns(asked: Request, name: str) -> Iterator[tuple[str, Request, Request | None, float]]:
+    """(column's name, request changed up, request changed down or None, size of the difference) of one input."""
+    for column, scale, linear in _scalars(asked, name):
+        if linear and not asked.robot.friction.any():
+            yield column, change(asked, column, 1.0), None, 1.0
+            continue
+        half = STEP * scale
+        try:
+            yield column, change(asked, column, half), change(asked, column, -half), 2.0 * half
+        except InvalidInput:  # at the edge of what is allowed
+            yield column, change(asked, column, half), asked, half
+
+
+def _scalars(asked: Request, name: str) -> list[tuple[str, float, bool]]:
+    """(name, natural size, whether the imbalance is linear in it) of each number that ``name`` stands for."""
+    T, stem = asked.robot.n_tendons, name.partition("[")[0]
+    counts = {"tensions": T, "displacements": T} | dict.fromkeys(LINEAR, 3) | POSES
+    if stem in counts:
+        indices = range(counts[stem]) if stem == name else [_index(name, counts[stem])]
+        linear = stem in LINEAR or stem in ("tensions", "displacements")
+        found = [(f"{stem}[{i}]", asked.robot.length_na if "position" in stem or "offset" in stem else 1.0, linear)
+                 for i in indices]  # fmt: skip
+        wrong = [i for i in indices if stem == "tensions" and not np.isnan(asked.pulled[i])]
+        wrong += [i for i in indices if stem == "displacements" and np.isnan(asked.pulled[i])]
+        if wrong:
+            raise InvalidInput("inputs", f"{stem}[{wrong[0]}]", "an input that was given: this tendon was driven otherwise")
+        return found
+    if stem == "loads":
+        return _load_scalars(asked, name)
+    if name in ("insertion", "rotation"):
+        return [(name, 1.0, False)]
+    parameters = asked.robot.parameters()
+    if name not in parameters:
+        valid = [*counts, "insertion", "rotation", "loads[0].force", *parameters]
+        raise InvalidInput("inputs", name, "one of " + ", ".join(valid))
+    zero = 1.0 / asked.robot.length_na if "precurvature" in name else 1e-2 * asked.robot.length_na
+    return [(name, abs(parameters[name]) or (1.0 if "turns" in name or "angle" in name else zero), False)]
+
+
+def _load_scalars(asked: Request, name: str) -> list[tuple[str, float, bool]]:
+    head, _, field = name.partition("].")
+    stem, _, part = field.partition("[")
+    index = head.removeprefix("loads[")
+    if not (index.isdigit() and int(index) < len(asked.loads)):
+        raise InvalidInput("inputs", name, f"loads[i].field with i from 0 to {len(asked.loads) - 1}")
+    value = getattr(asked.loads[int(index)], stem, None)
+    if value is None or stem == "frame":
+        raise InvalidInput("inputs", name, "a number or vector of that load which was given")
+    if isinstance(value, float):
+        return [(name, asked.robot.length_na if stem != "mass" else 1.0, stem == "mass")]
+    indices = [_index(f"{stem}[{part}", 3)] if part else range(3)
+    return [(f"{head}].{stem}[{i}]", 1.0 if stem != "offset" else 1e-3, stem != "offset") for i in indices]
+
+
+def _index(name: str, count: int) -> int:
+    text = name.partition("[")[2].removesuffix("]")
+    if not (text.isdigit() and int(text) < count):
+        raise InvalidInput("inputs", name, f"with an index from 0 to {count - 1}")
+    return int(text)
+
+
+def change(asked: Request, column: str, by: float) -> Request:
+    """The request with one number, named as in `Jacobian.names`, changed by so much."""
+    stem, _, rest = column.partition("[")
+    if stem == "loads":
+        return _with_load(asked, column, by)
+    if not rest:
+        if column in ("insertion", "rotation"):
+            return replace(asked, **{column: getattr(asked, column) + by})
+        return replace(asked, robot=asked.robot.replace(**{column: asked.robot.parameters()[column] + by}))
+    i = int(rest.removesuffix("]"))
+    if stem in ("exit_position", "exit_rotation"):
+        pose = np.eye(4) if asked.pose is None else asked.pose.copy()
+        step = by * np.eye(3)[i]
+        if stem == "exit_position":
+            pose[:3, 3] += step
+        else:
+            pose[:3, :3] = exp_so3(step) @ pose[:3, :3]
+        return replace(asked, pose=pose)
+    field = {"displacements": "pulled", "exit_tilt": "tilt", "exit_offset": "offset"}.get(stem, stem)
+    values = np.array(getattr(asked, field), dtype=float)
+    values[i] += by
+    return replace(asked, **{field: values if field in ("tensions", "pulled") else tuple(values.tolist())})
+
+
+def _with_load(asked: Request, column: str, by: float) -> Request:
+    head, _, field = column.partition("].")
+    i, (stem, _, part) = int(head.removeprefix("loads[")), field.partition("[")
+    value = getattr(asked.loads[i], stem)
+    if part:
+        changed = list(value)
+        changed[int(part.removesuffix("]"))] += by
+    else:
+        changed = value + by
+    loads = list(asked.loads)
+    loads[i] = replace(loads[i], **{stem: changed})
+    return replace(asked, loads=tuple(loads))
