@@ -11,16 +11,16 @@ Item i of a seed depends on (seed, i) alone. It is
 - inserted by 0 to 1; one in a hundred is 0 and one in a hundred is 1 exactly,
 - under a tension from 0 to that at which the robot, without load, strains by the superelastic plateau's 0.67 %,
 - under its weight, gravity in any direction (not of its tendon, which weighs nothing),
-- and a force at the tip in any direction, from 0 to 0.9 of Euler's load of the exposed length, clamped and free, with the
-  softer bending stiffness. Where very little is exposed that load would crush the section: it is no more than strains
-  the section by the plateau's 0.67 %.
+- and a force at the tip in any direction, from 0 to 0.9 of Euler's load of the exposed length, clamped and free, with
+  the softer bending stiffness. Where very little is exposed that load would crush the section: it is no more than
+  strains the section by the plateau's 0.67 %.
 
 All numbers are uniform within their range, directions on the sphere. The plateau's tension is found by two steps of
 rule of three from 1 N, which is within 1 % of `tension_limits`.
 
-Each is solved at the default accuracy. A silent failure is a shape that says it converged and has a balance error above
-1e-5 (`tendonrod.statics.balance`), or one that did not converge and gives no reason, or an exception. The exit status is
-0 if there is none and at least 99.99 % converge.
+Each is solved at the default accuracy. A silent failure is a shape that says it converged and has a balance error
+above 1e-5 (`tendonrod.statics.balance`), or one that did not converge and gives no reason, or an exception. The exit
+status is 0 if there is none and at least 99.99 % converge.
 """
 
 from __future__ import annotations
@@ -187,12 +187,12 @@ class Tally:
         done, elapsed = len(self.outcomes), time.perf_counter() - self.began
         if not done:
             return "nothing done"
+        reported, silent, unstable = self.of("reported"), self.of("silent"), sum(not o.stable for o in self.outcomes)
         lines = [
-            f"{done} of {self.count} problems of seed {self.seed} in {elapsed:.0f} s, {os.cpu_count()} cores, "
+            f"{done} of {self.count} problems of seed {self.seed} in {elapsed:.0f} s, {os.cpu_count()} cores",
             f"tendonrod {tendonrod.__version__}, Python {platform.python_version()}, NumPy {np.__version__}",
-            f"converged {self.converged} ({100 * self.converged / done:.4f} %), not converged "
-            f"{len(self.of('reported'))}, silent failures {len(self.of('silent'))}, "
-            f"unstable equilibria {sum(not each.stable for each in self.outcomes)}",
+            f"converged {self.converged} ({100 * self.converged / done:.4f} %), not converged {len(reported)}",
+            f"silent failures {len(silent)}, unstable equilibria {unstable}",
         ]
         checked = [each for each in self.outcomes if not np.isnan(each.error)]
         if checked:
@@ -200,8 +200,7 @@ class Tally:
             worst = checked[int(errors.argmax())]
             lines.append(f"largest balance error {worst.error:.2e}, item {worst.item}; quantiles {_quantiles(errors)}")
             lines.append(f"time of a solve (s): {_quantiles(times)}")
-        for kind, title in (("reported", "not converged"), ("silent", "silent failure")):
-            found = self.of(kind)
+        for found, title in ((reported, "not converged"), (silent, "silent failure")):
             shown = found if everything else found[:SHOWN]
             lines += [f"{title}: item {each.item} of seed {self.seed}: {each.cause}" for each in shown]
             lines += [f"... and {len(found) - len(shown)} more (--list)"] * (len(found) > len(shown))
@@ -254,7 +253,7 @@ def main(arguments: list[str] | None = None) -> int:
         return 0
     tally, shown = Tally(seed=given.seed, count=given.count), -np.inf
     try:
-        for tally in campaign(given.count, given.seed, given.tolerance):  # noqa: B007 - its last value is reported
+        for tally in campaign(given.count, given.seed, given.tolerance):
             if time.perf_counter() - shown > 5.0:
                 shown = time.perf_counter()
                 print(tally.progress(), file=sys.stderr, flush=True)

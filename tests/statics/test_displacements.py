@@ -54,7 +54,9 @@ def pulled_length(shape, i: int = 0) -> float:
         return there.v, there.u
 
     outside, straight = path_lengths(robot, i, 0.0, exit_), path_lengths(robot, i, exit_, end)
-    stretch = 0.0 if tendon.axial_stiffness is None else (tendon.free_length + outside + straight) / tendon.axial_stiffness
+    stretch = (
+        0.0 if tendon.axial_stiffness is None else (tendon.free_length + outside + straight) / tendon.axial_stiffness
+    )
     return straight - path_lengths(robot, i, exit_, end, strains) + shape.tensions[i] * stretch
 
 
@@ -81,7 +83,7 @@ def test_compliances_of_the_bench():
     longer = driven(stiff, **ELASTIC)
     same = solve(longer, displacements=d + 0.3 * tendon / 589.0, accuracy=1e-11).tensions[0]
     assert same == pytest.approx(tendon, rel=1e-8)
-    assert 1e3 * 0.3 / 589.0 == pytest.approx(0.51, abs=5e-3)
+    assert pytest.approx(0.51, abs=5e-3) == 1e3 * 0.3 / 589.0
 
 
 LOADED = {

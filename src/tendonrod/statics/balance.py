@@ -11,19 +11,19 @@ Gauss-Legendre nodes between the places where a tendon, a load or a segment ends
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import ceil, nan
+from math import nan
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.polynomial import legendre
 
-from .equilibrium import request_of
 from .newton import NewtonSolution
-from .problem import rod_problem
+from .problem import problem_of
 from .solution import RETRACTED
 
 if TYPE_CHECKING:
     from .shape import Shape
+    from .trial import Trial
 
 NODES = 12  # in a panel
 TURN = 3.0  # rad by which a section may turn within a panel of the first quadrature
@@ -35,6 +35,7 @@ SLENDER = 1e-7  # of EA: force below which the rounding of a strain counts
 _X, _WEIGHTS = legendre.leggauss(NODES)
 _SERIES = np.linalg.inv(legendre.legvander(_X, NODES - 1))  # Legendre coefficients from values at the nodes
 _INTEGRAL = legendre.legvander(_X, NODES) @ legendre.legint(_SERIES, lbnd=-1)  # from -1 to each node
+_SLOPE = legendre.legvander(_X, NODES - 2) @ legendre.legder(_SERIES)  # derivatives at the nodes
 
 
 class Worst(NamedTuple):
@@ -46,7 +47,7 @@ class Worst(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class BalanceErrors:
-    """How far a shape is from obeying each equation; every error is dimensionless, NaN where the shape did not converge.
+    """How far a shape is from obeying each equation; all dimensionless, NaN where the shape did not converge.
 
     With L the exposed length and EI the softest of the stiffnesses Kbt anywhere on it:
 
@@ -56,7 +57,8 @@ class BalanceErrors:
     - moment: of M, in units of the largest |M| or of EI / L if that is larger. Both against the loads beyond s.
     - section_force: of the law for v, in units of the largest of |N|, EI / L^2, tension, and 1e-7 of EA.
     - section_moment: of the law for u, in units as ``moment``.
-    - rows: distance between the rows that the shape holds and those checked, in the same units; strains against 1, 1 / L.
+    - rows: distance between the rows that the shape holds and those checked, in L, rad, 1 for v, 1 / L for u, and
+      the units above.
     """
 
     position: Worst
@@ -74,7 +76,10 @@ class BalanceErrors:
 
 
 def balance_error(shape: Shape) -> float:
-    """The largest relative error of the equations that ``shape`` should obey; see `BalanceErrors`. NaN: not converged."""
+    """The largest relative error of the equations that ``shape`` should obey, NaN if it did not converge.
+
+    Dimensionless; in which units is said in `BalanceErrors`.
+    """
     return balance_errors(shape).largest
 
 
@@ -101,11 +106,14 @@ class _Places:
 
     def __init__(self, shape: Shape) -> None:
         self.shape, solution = shape, shape._solution
-        self.problem = rod_problem(request_of(shape))
+        self.problem = problem_of(solution)
         self.length, self.exit, robot = solution.length, solution.s_exit, shape.robot
         self.tensions, self.reach = solution.tensions, robot.tendon_ends - self.exit
         self.frame = self.problem.frame
-        tables = robot.section_table[:, 0], robot.tendon_table[:, 1], robot.breaks, robot.joints[:, 0]
+        touches = isinstance(solution, NewtonSolution) and self.problem.request.surface is not None
+        self.touching: Trial | None = solution.trial if touches else None  # pyright: ignore[reportAttributeAccessIssue]
+        tables = [robot.section_table[:, 0], robot.tendon_table[:, 1], robot.breaks, robot.joints[:, 0]]
+        tables += [self.touching.grid + self.exit] if self.touching is not None else []
         marks = np.concatenate([*tables, self.problem.points[:, 0], self.problem.spread[:, :2].ravel()]) - self.exit
         near = SAME_PLACE * self.length
         marks = np.sort(marks[(marks > near) & (marks < self.length - near)])
@@ -126,7 +134,7 @@ class _Places:
 
 
 class _Samples:
-    """What the shape gives at (P, NODES + 1) places, the start of each panel and its nodes, and at the tip, in one row."""
+    """What the shape gives at the start and the nodes of each of P panels and at the tip, in a row."""
 
     def __init__(self, places: _Places, split: int) -> None:
         self.edges = edges = places.starts(split)
@@ -153,9 +161,9 @@ def _errors(places: _Places, split: int) -> tuple[BalanceErrors, float]:
     force = max(_sizes(x.N).max(), EI / L**2)
     moment = max(_sizes(x.M).max(), EI / L)
     stretch = max(force, places.tensions.max(initial=0.0), SLENDER * x.section[:, :3].max())
-    f, l = _line_load(places, x)
+    f, couple = _line_load(places, x)
     spin = _cross(x.R, x.u[:, None]).reshape(-1, 9)  # R u^, whose rows are those of R, times u
-    rates = np.concatenate([_turned(x.R, x.v), spin, f, _cross(x.p, f) + l], axis=1)
+    rates = np.concatenate([_turned(x.R, x.v), spin, f, _cross(x.p, f) + couple], axis=1)
     y = x.at_nodes(rates)
     inner = 0.5 * x.width[:, None, None] * (_INTEGRAL @ y)
     whole = 0.5 * x.width[:, None] * (_WEIGHTS @ y)
@@ -178,13 +186,13 @@ def _errors(places: _Places, split: int) -> tuple[BalanceErrors, float]:
 
 
 def _line_load(places: _Places, x: _Samples) -> tuple[np.ndarray, np.ndarray]:
-    """Force and moment (n, 3) per metre of s, in the world; what presses on the body along it belongs here."""
+    """Force and moment (n, 3) per metre of s, in the world, about the neutral axis."""
     world = places.problem.world
     weight = x.section[:, 12:13] * world[:3]
-    f, l = weight + world[3:6], np.broadcast_to(world[6:9], weight.shape)
+    f, couple = weight + world[3:6], np.broadcast_to(world[6:9], weight.shape)
     if world[9]:
         centroid = np.concatenate([x.section[:, 13:15], np.zeros((len(x.s), 1))], axis=1)
-        l = l + _cross(_turned(x.R, centroid), weight)
+        couple = couple + _cross(_turned(x.R, centroid), weight)
     for row in places.problem.spread:
         a, b = row[:2] - places.exit
         acts = ((a < x.middle) & (x.middle < b))[x.panel, None]
@@ -192,8 +200,25 @@ def _line_load(places: _Places, x: _Samples) -> tuple[np.ndarray, np.ndarray]:
         more = [acts * ((1.0 - along) * row[i : i + 3] + along * row[i + 3 : i + 6]) for i in (2, 8)]
         if row[14]:
             more = [_turned(x.R, each) for each in more]
-        f, l = f + more[0], l + more[1]
-    return f, l
+        f, couple = f + more[0], couple + more[1]
+    if places.touching is not None:
+        push = _pressed(places.touching, x)
+        f, couple = f + push, couple + _cross(_axis_arm(places, x), push)
+    return f, couple
+
+
+def _pressed(trial: Trial, x: _Samples) -> np.ndarray:
+    """(n, 3) force per metre of a surface on the tube's axis: linear in each step through what it is at the stages."""
+    one = 2 * (np.searchsorted(trial.grid, x.middle) - 1)[x.panel]
+    at, force = trial.stages, trial.touch[:, :3]
+    along = (x.s - at[one]) / (at[one + 1] - at[one])
+    return force[one] + along[:, None] * (force[one + 1] - force[one])
+
+
+def _axis_arm(places: _Places, x: _Samples) -> np.ndarray:
+    """(n, 3) from p to the tube's axis, world frame."""
+    offset = places.shape.robot.axis_offset(x.s + places.exit)
+    return _turned(x.R, np.concatenate([offset, np.zeros((len(offset), 1))], axis=1))
 
 
 def _frames(places: _Places, x: _Samples, inner: np.ndarray, whole: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -211,7 +236,7 @@ def _frames(places: _Places, x: _Samples, inner: np.ndarray, whole: np.ndarray) 
 
 
 def _wrenches(places: _Places, x: _Samples, inner: np.ndarray, whole: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """N, M (n, 3) that the loads beyond each place ask for; just beyond a point load it has gone, but not at the tip."""
+    """N, M (n, 3) that the loads beyond each place ask for. A point load lies beyond its own place only at the tip."""
     start = np.concatenate([whole[::-1].cumsum(axis=0)[::-1], np.zeros((1, 6))])
     for row in places.problem.points:
         s = row[0] - places.exit
@@ -222,6 +247,9 @@ def _wrenches(places: _Places, x: _Samples, inner: np.ndarray, whole: np.ndarray
             F, M = (R @ row[1:4], R @ row[4:7]) if row[10] else (row[1:4], row[4:7])
             tip = k == len(x.width)
             start[: k + tip] += np.concatenate([F, M + np.cross(x.p[at] + R @ row[7:10], F)])
+    if places.touching is not None:
+        F = places.touching.touch[-1, :3]
+        start += np.concatenate([F, np.cross(x.p[-1] + _axis_arm(places, x)[-1], F)])
     found = _spread_out(start, -inner)
     N = found[:, :3]
     return N, found[:, 3:] - _cross(x.p, N)
@@ -240,13 +268,26 @@ def _section_law(places: _Places, x: _Samples) -> tuple[np.ndarray, np.ndarray]:
         if robot.tendons[i].wall == "free":
             r = _shortest(robot, i, s_m, x.u, x.v, r)
         path = _cross(x.u, r) + slope + x.v
-        pull = (acts * tension / _sizes(path))[:, None] * path
-        n, m = n + pull, m + _cross(r, pull)
+        t = path / _sizes(path)[:, None]
+        tau = tension * acts if robot.friction[i] == 0.0 else acts * _rubbed(places, x, i, t)
+        n, m = n + tau[:, None] * t, m + _cross(r, tau[:, None] * t)
     return n, m
 
 
+def _rubbed(places: _Places, x: _Samples, i: int, t: np.ndarray) -> np.ndarray:
+    """(n,) tension of a tendon with friction: what held it before, within tau exp(-mu Theta) and tau exp(mu Theta)."""
+    at = x.at_nodes(t)
+    rate = _cross(x.at_nodes(x.u), at) + 2.0 * (_SLOPE @ at) / x.width[:, None, None]
+    rate = np.linalg.norm(rate, axis=2, keepdims=True)  # |u x t + t'|, of which Theta is the integral
+    whole = np.concatenate([[0.0], np.cumsum(0.5 * x.width * (_WEIGHTS @ rate)[:, 0])])[:, None]
+    turned = _spread_out(whole, 0.5 * x.width[:, None, None] * (_INTEGRAL @ rate))[:, 0]
+    friction, tension = places.shape.robot.friction[i] * turned, places.tensions[i]
+    low, high, before = tension * np.exp(-friction), tension * np.exp(friction), places.problem.request.history
+    return low if before is None else np.clip(np.interp(x.s + places.exit, before[0], before[1][:, i]), low, high)
+
+
 def _shortest(robot, i: int, s_m: np.ndarray, u: np.ndarray, v: np.ndarray, wall: np.ndarray) -> np.ndarray:
-    """Where a tendon free in the lumen runs: of the points of the diameter through the wall, that of the shortest path."""
+    """Where a tendon that is free in the lumen runs: on the diameter through the wall, where its path is shortest."""
     middle = robot.axis_offset(s_m)[:, 0]
     reach = np.abs(wall[:, 0] - middle)
     turn = u[:, 1] ** 2 + u[:, 2] ** 2

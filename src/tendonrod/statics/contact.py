@@ -18,7 +18,9 @@ if TYPE_CHECKING:
     from .trial import Trial
 
 STIFFNESS = 1e6  # of the augmented Lagrangian, in units of EI / L^4
-ROUNDS = 30  # of multiplier updates
+ROUNDS = 60  # of models of the surface and of multipliers
+NEAR = 3.0  # radii of the tube within which a surface's curvature is taken
+SHORTER = (0.5, 0.25, 0.1, 0.03, 0.01, 0.001)  # shares of a step that are tried when the whole leads up
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -53,59 +55,74 @@ class Contact:
         self.radius = problem.robot.outer_radius(at)
         if np.isnan(self.radius).any():
             raise InvalidInput("surface", self.surface, "left out for a rod without a radius, given by area and inertia")
-        self.s = at - problem.s_exit
+        self.s, self.origin = at - problem.s_exit, problem.frame[:3]
         self.share = np.append(trial.weights, trial.weights.min())  # m of the rod that each place stands for
         axis = trial.station[:, trial.kernel.AXIS : trial.kernel.AXIS + 2]
         self.axis = np.vstack([axis, axis[-1:]])
-        self.held = np.zeros(len(at))  # multipliers, N/m
+        self.held = np.zeros(at.size)  # multipliers, N/m
         self.stiffness = STIFFNESS * trial.station[:, 3:5].min() / problem.length**4  # N/m^2
-        self.gap, self.press = np.zeros(len(at)), np.zeros(len(at))
-        self.normal = np.zeros((len(at), 3))
-        self.on: np.ndarray | None = None  # places that are held whatever their force, None for those with force
-
-    def places(self, trial: Trial) -> np.ndarray:
-        """(2n + 1, 3) points of the tube's axis, world frame, m."""
-        g = np.vstack([trial.frame, trial.end[-1:]])
-        return g[:, :3] + self.axis[:, :1] * g[:, 3::3] + self.axis[:, 1:] * g[:, 4::3] + trial.problem.frame[:3]
-
-    def touch(self, trial: Trial) -> None:
-        """Forces on the trial where it stands."""
-        where = self.places(trial)
-        d, self.normal = self.surface.distance(where)
-        self.gap = d - self.radius
-        press = self.held - self.stiffness * self.gap
-        on = press > 0.0 if self.on is None else self.on
-        self.press, touch = np.where(on, press, 0.0), trial.touch
-        touch[:] = 0.0
-        if on.any():
-            n, p = self.normal[on], self.press[on, None]
-            D = p[:, :, None] * self.surface.curvature(where[on]) - self.stiffness * n[:, :, None] * n[:, None, :]
-            touch[on, :3], touch[on, 3:] = p * n, D.reshape(-1, 9)
-            touch[-1] *= self.share[-1]
-
-    def rigid(self, factor: float) -> None:
-        """Hold the places that are pressed now, and no others, so much more stiffly with the same forces."""
-        self.on = self.press > 0.0
-        self.held = np.where(self.on, self.press + factor * self.stiffness * self.gap, 0.0)
-        self.stiffness *= factor
+        self.pinned = np.full(at.size, -1.0)
+        self.model = np.zeros((at.size, 16))  # of the gaps, see `kernel_newton.touched`
+        self.model[:, 3] = 1.0  # m: far away until `look` is called
 
     @property
-    def potential(self) -> float:
-        """Energy of the augmented Lagrangian, J."""
-        return float(self.share @ (self.press**2 - self.held**2)) / (2.0 * self.stiffness)
+    def arrays(self) -> tuple:
+        """Arguments of the kernel's `touched`."""
+        return self.model, self.held, self.stiffness, self.share, self.pinned
+
+    @property
+    def gap(self) -> np.ndarray:
+        """(2n + 1,) gaps where `look` was called last, m."""
+        return self.model[:, 3]
+
+    @property
+    def press(self) -> np.ndarray:
+        """(2n + 1,) line force there, N/m."""
+        press = self.held - self.stiffness * self.gap
+        return np.where((self.pinned > 0.0) | ((self.pinned < 0.0) & (press > 0.0)), press, 0.0)
+
+    def look(self, trial: Trial) -> float:
+        """Take the surface's distances where the trial stands; returns by how much the model missed them, m."""
+        g, model = np.vstack([trial.frame, trial.end[-1:]]), self.model
+        at = g[:, :3] + self.axis[:, :1] * g[:, 3::3] + self.axis[:, 1:] * g[:, 4::3]
+        d, normal = self.surface.distance(at + self.origin)
+        gap, moved = d - self.radius, at - model[:, :3]
+        bent = (model[:, 7:].reshape(-1, 3, 3) * moved[:, None]).sum(axis=2)
+        guessed = model[:, 3] + ((model[:, 4:7] + 0.5 * bent) * moved).sum(axis=1)
+        near = np.minimum(gap, guessed) < NEAR * self.radius
+        model[:, :3], model[:, 3], model[:, 4:7], model[:, 7:] = at, gap, normal, 0.0
+        if near.any():
+            model[near, 7:] = self.surface.curvature(at[near] + self.origin).reshape(-1, 9)
+        return float(np.abs(gap - guessed)[near].max(initial=0.0))
 
     def begin(self, other: Contact) -> None:
         """Take over the forces of another grid as multipliers."""
-        self.held[:-1] = np.interp(self.s[:-1], other.s[:-1], other.press[:-1])
-        self.held[-1] = other.press[-1] * other.share[-1] / self.share[-1]
+        press = other.press
+        self.held[:-1] = np.interp(self.s[:-1], other.s[:-1], press[:-1])
+        self.held[-1] = press[-1] * other.share[-1] / self.share[-1]
 
-    def found(self, trial: Trial) -> Contacts:
-        """The places with force."""
-        on = self.press > 0.0
-        point = self.places(trial)[on] - self.radius[on, None] * self.normal[on]
-        line = np.where(np.arange(on.size) < on.size - 1, self.press, 0.0)[on]
+    def pin(self, factor: float) -> None:
+        """Pin the places that are pressed now, and no others, so much more stiffly with the same forces."""
+        press = self.press
+        self.pinned = np.where(press > 0.0, 1.0, 0.0)
+        self.held = np.where(press > 0.0, press + factor * self.stiffness * self.gap, 0.0)
+        self.stiffness *= factor
+
+    def same_as(self, other: Contact) -> None:
+        """Take over everything from the contact of another trial on the same grid."""
+        self.held, self.stiffness, self.pinned = other.held.copy(), other.stiffness, other.pinned
+        self.model = other.model.copy()
+        self.model[:, :3] += other.origin - self.origin
+
+    def found(self) -> Contacts:
+        """The places with force, where `look` was called last."""
+        press = self.press
+        on = press > 0.0
+        normal = self.model[on, 4:7].copy()
+        point = self.model[on, :3] + self.origin - self.radius[on, None] * normal
+        line = np.where(np.arange(on.size) < on.size - 1, press, 0.0)[on]
         pressure = np.where(line > 0.0, line / (2.0 * self.radius[on]), np.nan)
-        arrays = self.s[on], point, self.normal[on], self.gap[on], line, (self.press * self.share)[on], pressure
+        arrays = self.s[on], point, normal, self.gap[on], line, (press * self.share)[on], pressure
         for array in arrays:
             array.setflags(write=False)
         names = ("s", "point", "normal", "gap", "line_force", "force", "pressure")
@@ -113,18 +130,43 @@ class Contact:
 
 
 def press(trial: Trial, tolerance: float) -> int:
-    """Bring a trial into balance without entering the surface by more than the problem's tolerance.
+    """Bring a trial into balance without entering the surface by more than the tolerance that was asked for.
 
-    tolerance: of the balance, m. Returns the number of iterations, negative where they lead nowhere.
+    Down in energy where the loads have a potential, against a quadratic model of the gaps which is renewed until it
+    holds. tolerance: of the balance, m. Returns the number of iterations, negative where they lead nowhere.
     """
-    contact, count = trial.contact, 0
+    contact, asked, count = trial.contact, trial.problem.request, 0
+    trial.walk()
+    contact.look(trial)
+    trial.walk()
     for _ in range(ROUNDS):
-        found = trial.descend(tolerance) if trial.problem.request.conservative else trial.settle(tolerance)
+        before, energy = trial.x.copy(), trial.energy
+        found = trial.descend(tolerance) if asked.conservative else trial.settle(tolerance)
         count += abs(found)
         if found < 0:
             return -count
-        slack = contact.held * np.maximum(contact.gap, 0.0) > contact.held.max() * trial.problem.request.contact_tolerance
-        if contact.gap.min() >= -trial.problem.request.contact_tolerance and not slack.any():
+        missed = contact.look(trial)
+        trial.walk()
+        if missed > 0.1 * asked.contact_tolerance:
+            if asked.conservative:
+                _back(trial, before, energy)
+            continue
+        gap, held = contact.gap, contact.held
+        apart = held * np.maximum(gap, 0.0) > held.max() * asked.contact_tolerance
+        if gap.min() >= -asked.contact_tolerance and not apart.any():
             return count
-        contact.held = contact.press.copy()
+        contact.held = contact.press
+        trial.walk()
     return -count
+
+
+def _back(trial: Trial, before: np.ndarray, energy: float) -> None:
+    """Go back towards the strains ``before`` until the energy is lower than there."""
+    whole = trial.x - before
+    for shorter in SHORTER:
+        if trial.energy <= energy:
+            return
+        np.add(before, shorter * whole, out=trial.x)
+        trial.walk()
+        trial.contact.look(trial)  # pyright: ignore[reportOptionalMemberAccess]
+        trial.walk()

@@ -95,10 +95,9 @@ class _Answers:
         self.trial = trial = Trial(problem_of(solution), solution.grid.copy())
         self.s = s
         trial.take(solution)
-        trial.walk()
         if trial.contact is not None:
-            trial.contact.rigid(RIGID)
-            trial.walk()
+            trial.contact.pin(RIGID)
+        trial.walk()
         trial.factor()
         self.strains = trial.rows(s)[:, 12:18].copy()
         self.frames, self.left = trial.unbalanced(s, self.strains)
@@ -166,8 +165,7 @@ class _Answers:
         trial.share = base.share
         trial.place()
         if trial.contact is not None and base.contact is not None:
-            trial.contact.held, trial.contact.stiffness = base.contact.held, base.contact.stiffness
-            trial.contact.on = base.contact.on
+            trial.contact.same_as(base.contact)
         trial.walk()
         return trial
 

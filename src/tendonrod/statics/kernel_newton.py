@@ -786,3 +786,209 @@ def response_at(sections, tendons, ends, tau, spread, world, axis, s_exit, grid,
         local(row, ends.shape[0], strains[i], z, work[0])
         if not solve6(work[0], have, strained[i]):
             strained[i, :] = math.nan
+
+
+@jit
+def touched(model, held, stiffness, share, pinned, station, frame, end, n, touch):
+    """Contact forces ``touch`` by a quadratic model of the gaps; returns their augmented Lagrangian's energy.
+
+    model (2n+1, 16): places c[3], gaps, gradients[3] and Hessians[9] of the gaps there; held (2n+1,) multipliers; share
+    (2n+1,): metres of rod that a place stands for; pinned (2n+1,): 1 pressed, 0 free whatever the gap, -1 by the gap.
+    """
+    energy = 0.0
+    for j in range(model.shape[0]):
+        g, row = (frame[j], station[j]) if j < 2 * n else (end[n - 1], station[2 * n - 1])
+        a0, a1, a2 = turned(g, row[AXIS], row[AXIS + 1], 0.0)
+        a0, a1, a2 = a0 + g[0] - model[j, 0], a1 + g[1] - model[j, 1], a2 + g[2] - model[j, 2]
+        b0 = model[j, 7] * a0 + model[j, 8] * a1 + model[j, 9] * a2
+        b1 = model[j, 10] * a0 + model[j, 11] * a1 + model[j, 12] * a2
+        b2 = model[j, 13] * a0 + model[j, 14] * a1 + model[j, 15] * a2
+        n0, n1, n2 = model[j, 4], model[j, 5], model[j, 6]
+        gap = model[j, 3] + n0 * a0 + n1 * a1 + n2 * a2 + 0.5 * (a0 * b0 + a1 * b1 + a2 * b2)
+        press = held[j] - stiffness * gap
+        touch[j, :] = 0.0
+        if pinned[j] == 0.0 or (pinned[j] < 0.0 and press <= 0.0):
+            energy -= share[j] * held[j] * held[j] / (2.0 * stiffness)
+            continue
+        energy += share[j] * (press * press - held[j] * held[j]) / (2.0 * stiffness)
+        n0, n1, n2, w = n0 + b0, n1 + b1, n2 + b2, 1.0 if j < 2 * n else share[j]
+        touch[j, 0], touch[j, 1], touch[j, 2] = w * press * n0, w * press * n1, w * press * n2
+        for a in range(3):
+            na = n0 if a == 0 else (n1 if a == 1 else n2)
+            for b in range(3):
+                nb = n0 if b == 0 else (n1 if b == 1 else n2)
+                touch[j, 3 + 3 * a + b] = w * (press * model[j, 7 + 3 * a + b] - stiffness * na * nb)
+    return energy
+
+
+@jit
+def walk(grid, n, station, tendons, points, joints, contact, x, start, end, frame, touch, wrench, inner, left, hessian,
+         work):  # fmt: skip
+    """Frames, contact forces, wrenches and imbalance of the strains; returns the potential energy.
+
+    contact: (model, held, stiffness, share, pinned) of `touched`; a model without rows for none.
+    """
+    walk_out(grid, n, joints, x, start, end, frame)
+    energy = 0.0
+    if contact[0].shape[0] > 0:
+        energy = touched(contact[0], contact[1], contact[2], contact[3], contact[4], station, frame, end, n, touch)
+    return energy + walk_back(grid, n, station, tendons, points, x, end, frame, touch, wrench, inner, left, hessian,
+                              work[0, :2].reshape(-1))  # fmt: skip
+
+
+@jit
+def size_of(strain, twist, end, n, length):
+    """A correction as a displacement, m: motion of the nodes, and a tenth of what its stretch would be over the length."""
+    far, stretch = 0.0, 0.0
+    for k in range(n):
+        v, p = twist[k + 1], end[k]
+        a0 = v[0] + v[4] * p[2] - v[5] * p[1]
+        a1 = v[1] + v[5] * p[0] - v[3] * p[2]
+        a2 = v[2] + v[3] * p[1] - v[4] * p[0]
+        far = max(far, a0 * a0 + a1 * a1 + a2 * a2)
+    for j in range(2 * n):
+        for q in range(3):
+            stretch = max(stretch, abs(strain[j, q]))
+    return math.sqrt(far) + 0.1 * length * stretch
+
+
+@jit
+def damped(twist, n):
+    """Share of a correction that turns no section by more than a radian."""
+    most = 0.0
+    for k in range(n + 1):
+        for q in range(3, 6):
+            most = max(most, abs(twist[k, q]))
+    return min(1.0, 1.0 / max(most, 1e-300))
+
+
+@jit
+def move_strains(held, damping, step, x):
+    """x = held + damping step."""
+    for j in range(x.shape[0]):
+        for q in range(6):
+            x[j, q] = held[j, q] + damping * step[j, q]
+
+
+@jit
+def settle(grid, n, station, tendons, points, joints, contact, x, start, end, frame, touch, wrench, inner, left,
+           hessian, E, Q, X, K, S, zero, no_twist, no_load, at_rest, strain, twist, push, y, work, step, held, length,
+           tolerance, most):  # fmt: skip
+    """Newton's method, damped so that every correction is smaller than the one before (Deuflhard's natural test).
+
+    Brings x into balance; tolerance: size of the last correction, m. Returns the number of iterations, negative where
+    they lead nowhere. step, held (2n, 6): scratch.
+    """
+    walk(grid, n, station, tendons, points, joints, contact, x, start, end, frame, touch, wrench, inner, left, hessian, work)
+    for iteration in range(1, most + 1):
+        factor(grid, n, station, points, x, start, end, frame, touch, inner, hessian, E, Q, X, K, S, work)
+        respond(grid, n, frame, E, Q, X, K, S, inner, left, no_twist, zero, no_load, at_rest, strain, twist, push, y, work)
+        size = size_of(strain, twist, end, n, length)
+        if not size < 1e300:
+            return -iteration
+        move_strains(x, 0.0, strain, held)
+        move_strains(strain, 0.0, strain, step)
+        damping = damped(twist, n)
+        while True:
+            move_strains(held, damping, step, x)
+            walk(grid, n, station, tendons, points, joints, contact, x, start, end, frame, touch, wrench, inner, left,
+                 hessian, work)  # fmt: skip
+            if size < tolerance:
+                return iteration
+            respond(grid, n, frame, E, Q, X, K, S, inner, left, no_twist, zero, no_load, at_rest, strain, twist, push, y,
+                    work)  # fmt: skip
+            again = size_of(strain, twist, end, n, length)
+            if again <= (1.0 - 0.25 * damping) * size or again < tolerance:
+                break
+            damping *= 0.5
+            if damping < 1.0 / 256.0:
+                return -iteration
+        if damping == 1.0 and again < min(tolerance, 0.1 * size):
+            move_strains(x, 1.0, strain, x)
+            walk(grid, n, station, tendons, points, joints, contact, x, start, end, frame, touch, wrench, inner, left,
+                 hessian, work)  # fmt: skip
+            return iteration
+    return -most
+
+
+@jit
+def descend(grid, n, station, tendons, points, joints, contact, x, start, end, frame, touch, wrench, inner, left,
+            hessian, E, Q, X, K, S, zero, no_twist, no_load, at_rest, strain, twist, push, y, work, step, held, stiff,
+            length, tolerance, most):  # fmt: skip
+    """Newton's method that goes down in energy: stiffened while its matrix is not positive, damped by line search.
+
+    For loads with a potential. Arguments and result as `settle`; stiff (2n, 6, 6): scratch.
+    """
+    energy = walk(grid, n, station, tendons, points, joints, contact, x, start, end, frame, touch, wrench, inner, left,
+                  hessian, work)  # fmt: skip
+    stiffer = 0.0
+    for iteration in range(1, most + 1):
+        while True:
+            if stiffer > 0.0:
+                for j in range(2 * n):
+                    for a in range(6):
+                        for b in range(6):
+                            stiff[j, a, b] = (1.0 + stiffer) * hessian[j, a, b]
+            if factor(grid, n, station, points, x, start, end, frame, touch, inner, stiff if stiffer > 0.0 else hessian,
+                      E, Q, X, K, S, work) == 0:  # fmt: skip
+                break
+            stiffer = max(4.0 * stiffer, 0.01)
+            if stiffer > 1e6:
+                return -iteration
+        respond(grid, n, frame, E, Q, X, K, S, inner, left, no_twist, zero, no_load, at_rest, strain, twist, push, y, work)
+        size = size_of(strain, twist, end, n, length)
+        if not size < 1e300:
+            return -iteration
+        slope = 0.0
+        for j in range(2 * n):
+            for q in range(6):
+                slope += 0.5 * (grid[j // 2 + 1] - grid[j // 2]) * left[j, q] * strain[j, q]
+        move_strains(x, 0.0, strain, held)
+        move_strains(strain, 0.0, strain, step)
+        damping, noise, last = damped(twist, n), 1e-9 * abs(slope) + 1e-14 * abs(energy), size < tolerance and stiffer == 0.0
+        while True:
+            move_strains(held, damping, step, x)
+            now = walk(grid, n, station, tendons, points, joints, contact, x, start, end, frame, touch, wrench, inner,
+                       left, hessian, work)  # fmt: skip
+            if last:
+                return iteration
+            if now <= energy + 0.01 * damping * slope + noise:
+                break
+            damping *= 0.4
+            if damping < 1.0 / 256.0:
+                stiffer = max(10.0 * stiffer, 0.1)
+                break
+        energy = now
+        if damping > 0.2:
+            stiffer = stiffer / 10.0 if stiffer > 1e-3 else 0.0
+    return -most
+
+
+def compile_all() -> None:
+    """Compile the functions that Python calls, or load them from the cache on disk."""
+    line, table, cube, hyper, whole = "float64[::1]", "float64[:,::1]", "float64[:,:,::1]", "float64[:,:,:,::1]", "int64"
+    rod = f"{table}, {table}, {line}"
+    loads = f"{table}, {line}, {table}, float64"
+    known = f"{rod}, {table}, {loads}, {line}, {whole}, {table}, {table}, {table}, {table}, {table}, {table}"
+    fill.compile(f"({table}, {table}, {table}, {line}, {table}, float64, float64, {line})")
+    place.compile(f"({rod}, {table}, {loads}, {line}, {whole}, {table})")
+    relax.compile(f"({table}, {whole}, float64, float64, {table}, {cube})")
+    strands.compile(f"({table}, {whole}, {line}, {table}, {cube}, {cube})")
+    contact = f"Tuple(({table}, {line}, float64, {line}, {line}))"
+    trial = f"{line}, {whole}, {table}, {whole}, {table}, {table}, {contact}, {', '.join([table] * 8)}, {cube}"
+    linear = f"{hyper}, {', '.join([cube] * 4)}"
+    forced = f"{table}, {cube}, {table}, {line}, {table}, {table}, {table}, {table}, {cube}"
+    walk.compile(f"({trial}, {cube})")
+    settle.compile(f"({trial}, {linear}, {forced}, {table}, {table}, float64, float64, {whole})")
+    descend.compile(f"({trial}, {linear}, {forced}, {table}, {table}, {cube}, float64, float64, {whole})")
+    factor.compile(f"({line}, {whole}, {', '.join([table] * 8)}, {cube}, {linear}, {cube})")
+    respond.compile(
+        f"({line}, {whole}, {table}, {hyper}, {', '.join([cube] * 4)}, {table}, {table}, {cube}, {table}, {table}, {line},"
+        f" {table}, {table}, {table}, {table}, {cube})"
+    )
+    sample.compile(f"({known}, float64, float64, {line}, {line}, {table}, {cube})")
+    unbalanced.compile(f"({known}, {line}, {table}, {line}, {table}, {table}, {cube})")
+    response_at.compile(
+        f"({known}, {hyper}, {cube}, {cube}, {table}, {table}, {table}, {line}, {table}, {table}, {line}, {table},"
+        f" {table}, {cube})"
+    )

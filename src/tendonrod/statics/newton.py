@@ -125,7 +125,7 @@ class NewtonSolution:
     @property
     def grid(self) -> np.ndarray:
         """(steps + 1,) arc lengths of the nodes, m."""
-        return self.trial.grid
+        return self.trial.grid.copy()
 
     @property
     def strains(self) -> np.ndarray:
@@ -152,7 +152,7 @@ class NewtonSolution:
     @property
     def contacts(self) -> Contacts | None:
         """Where the robot touches the surface; None without one."""
-        return None if self.trial.contact is None else self.trial.contact.found(self.trial)
+        return None if self.trial.contact is None else self.trial.contact.found()
 
     def line_force(self, at: np.ndarray) -> np.ndarray:
         """(n, 3) dead force per metre at arc lengths ``at``, weight included, N/m."""

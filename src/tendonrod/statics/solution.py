@@ -5,51 +5,51 @@ from __future__ import annotations
 import sys
 import tempfile
 import threading
+from importlib import import_module
 from math import inf
+from types import ModuleType
 
 import numpy as np
 
 CONVERGED, LOCAL_FAILED, STALLED, TOO_SMALL = 0, 1, 2, 3  # the kernel's codes; it is imported only when needed
 START_CAPACITY, MOST_STEPS = 24, 20_000
-NOTICE = "tendonrod: compiling the statics kernel, about 20 s, once per installation"
+NOTICE = "tendonrod: compiling {}, about {} s, once per installation"
 RETRACTED = 1e-200  # m of exposed length below which nothing is exposed
-PATIENCE = 2.0  # s after which loading the kernel must be compiling it
-_kernel = None
+PATIENCE = 2.0  # s after which loading a kernel must be compiling it
+_kernels: dict[str, ModuleType] = {}
 
 
-def compiled():
-    """The kernel, compiled; says so on standard error when that has to be done first, once per installation."""
-    global _kernel
-    if _kernel is None:
-        notice = threading.Timer(PATIENCE, print, [NOTICE], {"file": sys.stderr, "flush": True})
-        notice.daemon = True
-        notice.start()
-        try:
-            kernel = _import_kernel()
-            kernel.compile_all()
-        finally:
-            notice.cancel()
-        _kernel = kernel
-    return _kernel
+def compiled() -> ModuleType:
+    """The shooting kernel, compiled; says so on standard error when that has to be done first."""
+    return _kernels.get("kernel") or _compiled("kernel", "the statics kernel", 20)
 
 
-def compiled_newton():
-    """The kernel of Newton's method in the strains, compiled at first use."""
-    compiled()
-    from . import kernel_newton
-
-    return kernel_newton
+def compiled_newton() -> ModuleType:
+    """The kernel of Newton's method in the strains, likewise."""
+    return _kernels.get("kernel_newton") or _compiled("kernel_newton", "the kernel for contact and general loads", 40)
 
 
-def _import_kernel():
+def _compiled(name: str, what: str, seconds: int) -> ModuleType:
+    notice = threading.Timer(PATIENCE, print, [NOTICE.format(what, seconds)], {"file": sys.stderr, "flush": True})
+    notice.daemon = True
+    notice.start()
+    try:
+        kernel = _import(name)
+        kernel.compile_all()
+    finally:
+        notice.cancel()
+    _kernels[name] = kernel
+    return kernel
+
+
+def _import(name: str) -> ModuleType:
     from numba.core import config
 
     try:
-        from . import kernel
+        return import_module(f".{name}", __package__)
     except RuntimeError:  # neither the package's folder nor the user's can be written: keep the code for this process
         config.CACHE_DIR = tempfile.mkdtemp(prefix="tendonrod-")  # pyright: ignore[reportAttributeAccessIssue]
-        from . import kernel
-    return kernel
+        return import_module(f".{name}", __package__)
 
 
 class Solution:

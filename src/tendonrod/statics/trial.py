@@ -14,8 +14,6 @@ from .solution import compiled_newton
 
 GAUSS = 0.5 - 3**0.5 / 6  # nodes of the two-point Gauss rule: GAUSS and 1 - GAUSS
 ITERATIONS = 60
-LEAST_DAMPING = 1.0 / 256  # of a correction, below which the way counts as closed
-FARTHEST_TURN = 1.0  # rad by which one correction may turn a section
 
 
 class Strained(Protocol):
@@ -51,6 +49,8 @@ class Trial:
         self.push = np.empty((n + 1, 6))
         self.at_rest = np.zeros((2 * n, 6)), np.zeros((n, 3, 6)), np.zeros((n + 1, 6)), np.zeros(6)
         self.points, self.joints = self._at_nodes(problem.points), self._at_nodes(problem.robot.joints)
+        none = np.empty(0)
+        self.no_contact = (np.empty((0, 16)), none, 1.0, none, none)
         self.energy, self.negative = inf, 0
         self.place()
         self.contact = None if problem.request.surface is None else Contact(problem, self)
@@ -109,7 +109,7 @@ class Trial:
             self.tensions, self.share = other.tensions.copy(), other.share.copy()
             self.place()
             if self.contact is not None:
-                self.contact.held = other.contact.held.copy()
+                self.contact.same_as(other.contact)
             if self.strands is not None:
                 self.strands.along(self, self.x)
 
@@ -117,25 +117,33 @@ class Trial:
         """(k, T) shares of the tensions that arrive at arc lengths ``s`` (k,)."""
         return np.stack([np.interp(s, self.stages, self.share[:, i]) for i in range(self.n_tendons)], axis=1)
 
-    def walk(self) -> None:
-        """Frames, wrenches and imbalance of the strains."""
-        self.kernel.walk_out(self.grid, self.n, self.joints, self.x, self.start, self.end, self.frame)
-        if self.contact is not None:
-            self.contact.touch(self)
-        self.energy = self.kernel.walk_back(
-            self.grid, self.n, self.station, self.n_tendons, self.points, self.x, self.end, self.frame, self.touch,
-            self.wrench, self.inner, self.left, self.hessian, self.work[0, :2].reshape(-1),
+    @property
+    def _arrays(self) -> tuple:
+        """Arguments by which the kernel knows this trial."""
+        touching = self.no_contact if self.contact is None else self.contact.arrays
+        return (
+            self.grid, self.n, self.station, self.n_tendons, self.points, self.joints, touching, self.x, self.start,
+            self.end, self.frame, self.touch, self.wrench, self.inner, self.left, self.hessian,
         )  # fmt: skip
 
-    def factor(self, stiffer: float = 0.0) -> int:
-        """Factors of the linearised rod; returns the number of directions in which the energy falls.
+    @property
+    def _linear(self) -> tuple:
+        """Arguments of the linearised rod."""
+        zero, no_twist, no_load, at_rest = self.at_rest
+        return (
+            self.E, self.Q, self.X, self.K, self.S, zero, no_twist, no_load, at_rest, self.strain, self.twist, self.push,
+            self.y, self.work, np.empty_like(self.x), np.empty_like(self.x),
+        )  # fmt: skip
 
-        stiffer: share by which the sections are stiffened, to make them fewer.
-        """
-        hessian = self.hessian if stiffer == 0.0 else (1.0 + stiffer) * self.hessian
+    def walk(self) -> None:
+        """Frames, contact forces, wrenches, imbalance and energy of the strains."""
+        self.energy = self.kernel.walk(*self._arrays, self.work)
+
+    def factor(self) -> int:
+        """Factors of the linearised rod; returns the number of directions in which the energy falls."""
         self.negative = self.kernel.factor(
             self.grid, self.n, self.station, self.points, self.x, self.start, self.end, self.frame, self.touch,
-            self.inner, hessian, self.E, self.Q, self.X, self.K, self.S, self.work,
+            self.inner, self.hessian, self.E, self.Q, self.X, self.K, self.S, self.work,
         )  # fmt: skip
         return self.negative
 
@@ -155,78 +163,12 @@ class Trial:
 
         tolerance: size of the last correction, m. Returns the number of iterations, negative where they lead nowhere.
         """
-        self.walk()
-        for iteration in range(1, ITERATIONS):
-            self.factor()
-            step, twist = self.respond(self.left)
-            size = self._size(step, twist)
-            if not np.isfinite(size):
-                return -iteration
-            if size < tolerance:
-                self.x += step
-                self.walk()
-                return iteration
-            step, held = step.copy(), self.x.copy()
-            damping = min(1.0, FARTHEST_TURN / np.abs(twist[:, 3:]).max(initial=1e-300))
-            while True:
-                np.add(held, damping * step, out=self.x)
-                self.walk()
-                again = self._size(*self.respond(self.left))
-                if again <= (1.0 - 0.25 * damping) * size or again < tolerance:
-                    break
-                damping *= 0.5
-                if damping < LEAST_DAMPING:
-                    return -iteration
-            if damping == 1.0 and again < min(tolerance, 0.1 * size):
-                self.x += self.strain
-                self.walk()
-                return iteration
-        return -ITERATIONS
+        return self.kernel.settle(*self._arrays, *self._linear, self.problem.length, tolerance, ITERATIONS)
 
     def descend(self, tolerance: float) -> int:
-        """Newton's method that goes down in energy: stiffened while the Hessian is not positive, damped by line search.
-
-        For loads with a potential. Arguments and result as `settle`.
-        """
-        self.walk()
-        stiffer = 0.0
-        for iteration in range(1, ITERATIONS):
-            energy, weights = self._potential(), self.weights[:, None]
-            self.factor(stiffer)
-            while self.negative:
-                stiffer = max(4.0 * stiffer, 0.01)
-                if stiffer > 1e6:
-                    return -iteration
-                self.factor(stiffer)
-            step, twist = self.respond(self.left)
-            size = self._size(step, twist)
-            if size < tolerance and stiffer == 0.0:
-                self.x += step
-                self.walk()
-                return iteration
-            slope = float((weights * self.left * step).sum())
-            step, held = step.copy(), self.x.copy()
-            damping = min(1.0, FARTHEST_TURN / np.abs(twist[:, 3:]).max(initial=1e-300))
-            noise = 1e-9 * abs(slope) + 1e-14 * abs(energy)
-            while True:
-                np.add(held, damping * step, out=self.x)
-                self.walk()
-                if self._potential() <= energy + 0.01 * damping * slope + noise:
-                    break
-                damping *= 0.4
-                if damping < LEAST_DAMPING:
-                    stiffer = max(10.0 * stiffer, 0.1)
-                    break
-            stiffer = stiffer / 10.0 if stiffer > 1e-3 and damping > 0.2 else (0.0 if damping > 0.2 else stiffer)
-        return -ITERATIONS
-
-    def _potential(self) -> float:
-        return self.energy + (self.contact.potential if self.contact is not None else 0.0)
-
-    def _size(self, strain: np.ndarray, twist: np.ndarray) -> float:
-        """A correction as a displacement, m."""
-        moved = twist[1:, :3] + np.cross(twist[1:, 3:], self.end[:, :3])
-        return float(np.sqrt((moved * moved).sum(axis=1).max()) + 0.1 * self.problem.length * np.abs(strain[:, :3]).max())
+        """Newton's method that goes down in energy, for loads with a potential. Arguments and result as `settle`."""
+        stiff = np.empty_like(self.hessian)
+        return self.kernel.descend(*self._arrays, *self._linear, stiff, self.problem.length, tolerance, ITERATIONS)
 
     def distance(self, finer: Trial) -> float:
         """Largest distance between the nodes and those of a grid twice as fine."""
@@ -256,7 +198,7 @@ class Trial:
 
     def rows(self, at: np.ndarray) -> np.ndarray:
         """(n, 24) read-only rows p[3] R[9] v[3] u[3] N[3] M[3] at arc lengths ``at`` (n,), m."""
-        p, rows, row = self.problem, np.empty((at.size, 24)), np.empty(self.station.shape[1])
+        p, rows, row, at = self.problem, np.empty((at.size, 24)), np.empty(self.station.shape[1]), np.array(at)
         self.kernel.sample(*self._where, p.length, p.robot.rod_constants[12], at, row, rows, self.work)
         rows[:, :3] += p.frame[:3]
         rows.setflags(write=False)
@@ -264,13 +206,13 @@ class Trial:
 
     def unbalanced(self, at: np.ndarray, strains: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(frames (n, 12) relative to the base's place, imbalance (n, 6)) at ``at`` (n,) for strains (n, 6) there."""
-        frames, left = np.empty((at.size, 12)), np.empty((at.size, 6))
+        frames, left, at = np.empty((at.size, 12)), np.empty((at.size, 6)), np.array(at)
         self.kernel.unbalanced(*self._where, at, strains, np.empty(self.station.shape[1]), frames, left, self.work)
         return frames, left
 
     def response_at(self, at: np.ndarray, strains: np.ndarray, left: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(twists (n, 6), strains (n, 6)) of the last `respond` at ``at`` (n,); left (n, 6): explicit imbalance there."""
-        moved, strained = np.empty((at.size, 6)), np.empty((at.size, 6))
+        moved, strained, at = np.empty((at.size, 6)), np.empty((at.size, 6)), np.array(at)
         self.kernel.response_at(
             *self._where, self.E, self.K, self.S, self.strain, self.twist, self.push, at, strains, left,
             np.empty(self.station.shape[1]), moved, strained, self.work,
