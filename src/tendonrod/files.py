@@ -1,4 +1,4 @@
-"""Files appear complete or not at all."""
+"""Files appear complete or not at all, and are read as text or refused by name."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
-from .errors import InvalidInput
+from .errors import Fact, InvalidInput
 
 
 @contextmanager
@@ -37,3 +37,15 @@ def file_name(field: str, path: object, suffixes: Sequence[str]) -> Path:
         names = f"{', '.join(others)} or {last}" if others else last
         raise InvalidInput(field, text, f"a file name that ends in {names}")
     return Path(text)
+
+
+def text_of(field: str, name: str, kind: str) -> str:
+    """The text of the file ``name``, a ``kind`` such as "CSV". Raises `InvalidInput` where it cannot be read."""
+    try:
+        return Path(name).read_bytes().decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise InvalidInput(field, Fact(name), f"UTF-8 text; byte {error.start} is not") from None
+    except (FileNotFoundError, ValueError):
+        raise InvalidInput(field, Fact(name or "''"), f"an existing {kind} file") from None
+    except OSError as error:
+        raise InvalidInput(field, Fact(name), f"a readable file: {error.strerror}") from None

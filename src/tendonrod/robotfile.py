@@ -6,6 +6,7 @@ the words of the file here, so that each rule has one home.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from importlib.resources import files
 from math import inf
 from os import PathLike, fspath
@@ -49,7 +50,7 @@ def read_robot(source: str | PathLike[str]) -> Robot:
 
 def _robot(name: str, document: dict[str, Any]) -> Robot:
     kind = _kind(f"{name}: body", document, ROBOTS, SHAPE)
-    checked = _validated(name, ROBOTS[kind], document)
+    checked = validated(name, ROBOTS[kind], document)
     if isinstance(checked, SegmentsRobotTable):
         checked = _with_segments(name, checked, document)
     _check_sources(name, document)
@@ -71,23 +72,33 @@ def _kind(where: str, table: dict[str, Any], kinds: dict[str, Any], allowed: str
     return given[0]
 
 
-def _validated(name: str, model: type[BaseModel], table: Any, above: tuple[int | str, ...] = ()) -> Any:
+def validated(
+    name: str,
+    model: type[BaseModel],
+    table: Any,
+    above: tuple[int | str, ...] = (),
+    expected: Callable[[Any], str] | None = None,
+) -> Any:
+    """``table``, found in file ``name`` at ``above``, as ``model``. Raises `InvalidInput` by key.
+
+    expected(error of pydantic, a dict) says what is allowed there; None for the words of robot files.
+    """
     try:
         return model.model_validate(table)
     except ValidationError as error:
-        raise _key_error(name, model, error, above) from None
+        raise _key_error(name, model, error, above, expected or _expected) from None
 
 
 def _with_segments(name: str, checked: SegmentsRobotTable, document: dict[str, Any]) -> SegmentsRobotTable:
     """Segments and shared material checked too; each is read as what it is, so that errors speak of that only."""
     kinds = [_kind(f"{name}: segments[{k}]", each, SEGMENTS, _SEGMENT_SHAPE) for k, each in enumerate(checked.segments)]
     segments = [
-        _validated(name, SEGMENTS[kind], each, ("segments", k))
+        validated(name, SEGMENTS[kind], each, ("segments", k))
         for k, (kind, each) in enumerate(zip(kinds, checked.segments, strict=True))
     ]
     material = checked.material
     if material is not None:
-        material = _validated(name, TubeMaterialTable if "tube" in kinds else RodMaterialTable, material, ("material",))
+        material = validated(name, TubeMaterialTable if "tube" in kinds else RodMaterialTable, material, ("material",))
     return checked.model_copy(update={"segments": segments, "material": material})
 
 
@@ -148,10 +159,14 @@ def _tendon_keys(checked: Any) -> dict[str, str]:
 
 
 def _key_error(
-    name: str, model: type[BaseModel], error: ValidationError, before: tuple[int | str, ...] = ()
+    name: str,
+    model: type[BaseModel],
+    error: ValidationError,
+    before: tuple[int | str, ...],
+    expected: Callable[[Any], str],
 ) -> InvalidInput:
     first = min(error.errors(include_url=False), key=lambda each: each["type"] != "extra_forbidden")
-    *above, last = first["loc"] or ("",)
+    *above, _ = first["loc"] or ("",)
     key = _dotted((*before, *first["loc"]))
     if first["type"] == "missing":
         return InvalidInput(f"{name}: {key}", MISSING, "given")
@@ -159,11 +174,12 @@ def _key_error(
         place = _dotted((*before, *above))
         table = f"of [{place}]" if place else "at the top"
         return InvalidInput(f"{name}: {key}", first["input"], f"one of the keys {table}: {_known_keys(model, above)}")
-    return InvalidInput(f"{name}: {key}", first["input"], _EXPECTED.get(first["type"], _expected(str(last))))
+    return InvalidInput(f"{name}: {key}", first["input"], expected(first))
 
 
-def _expected(key: str) -> str:
-    return "a list of 3 finite numbers" if key == "precurvature_per_m" else "a finite number"
+def _expected(error: Any) -> str:
+    vector = error["loc"] and error["loc"][-1] == "precurvature_per_m"
+    return _EXPECTED.get(error["type"], "a list of 3 finite numbers" if vector else "a finite number")
 
 
 _EXPECTED = {

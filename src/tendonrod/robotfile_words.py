@@ -1,4 +1,4 @@
-"""Robot files as text: reading TOML, numbers to SI, and errors in the words of the file. Knows no table by name."""
+"""Files that people write as text: reading TOML, numbers to SI, errors in the words of the file. Knows no table."""
 
 from __future__ import annotations
 
@@ -19,7 +19,10 @@ def _shifted(digits: int):
     return lambda value: float(Decimal(repr(value)).scaleb(digits))
 
 
-_TO_SI = {"mm": _shifted(-3), "mm2": _shifted(-6), "mm4": _shifted(-12), "gpa": _shifted(9), "deg": radians, "n": float}
+_TO_SI = {
+    **{"mm": _shifted(-3), "mm2": _shifted(-6), "mm4": _shifted(-12), "g": _shifted(-3)},
+    **{"gpa": _shifted(9), "deg": radians, "n": float},
+}
 SHAPE = (
     "a robot: name, then [tube], [notches] and [material], or [rod] or [tapered_rod] and [material], or [[segments]]; "
     "[[tendons]] as needed"
@@ -46,14 +49,14 @@ def text(name: str) -> str:
         raise InvalidInput("robot file", name, f"readable: {error.strerror}") from None
 
 
-def parsed(name: str, text: str) -> dict[str, Any]:
-    """The TOML document. Raises `InvalidInput` that names the line."""
+def parsed(name: str, text: str, shape: str = SHAPE) -> dict[str, Any]:
+    """The TOML document. Raises `InvalidInput` that names the line, or for an empty one says the ``shape`` it needs."""
     try:
         document = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise _syntax_error(name, text, str(error)) from None
     if not document:
-        raise InvalidInput(name, Fact("empty"), SHAPE)
+        raise InvalidInput(name, Fact("empty"), shape)
     return document
 
 

@@ -112,6 +112,19 @@ def test_own_quadrature_is_fine_enough(case, monkeypatch):
     assert balance_error(shape) == pytest.approx(error, rel=0.3, abs=1e-10)
 
 
+@pytest.mark.xfail(strict=True, reason="a load at a joint takes the axis of the frame beyond, but the frame before")
+def test_point_load_at_a_joint():
+    """At a joint of segments whose neutral axes differ, the load acts where it does just before and just beyond it."""
+    joined = TWO.replace(segment2_angle=0.6)
+    at = joined.joints[0, 0]
+    shapes = [
+        solve(joined, (0.7, 0.5), loads=(PointLoad(force=(0.0, 0.05, 0.0), at=s),), accuracy=1e-8)
+        for s in (at - 1e-7, at, at + 1e-7)
+    ]
+    assert max(shape.balance_error() for shape in shapes) < DEFAULT
+    assert np.linalg.norm(shapes[1].tip - 0.5 * (shapes[0].tip + shapes[2].tip)) < 1e-6
+
+
 def test_friction_and_contact_take_part():
     rubbing = prototype(1).replace(tendons=tuple(replace(each, friction=0.15) for each in prototype(1).tendons))
     assert balance_error(solve(rubbing, 0.7, GRAVITY)) < 2e-4

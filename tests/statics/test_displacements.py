@@ -1,6 +1,7 @@
 """Tendons driven by their pulled length: against the closed oracle, round trips with tensions, slack, bad input."""
 
 import dataclasses
+import itertools
 
 import numpy as np
 import pytest
@@ -34,7 +35,7 @@ def three_tendons() -> Robot:
 
 
 def path_lengths(robot: Robot, i: int, start: float, end: float, x=None) -> float:
-    """Integral of |u x r + r' + v| from ``start`` to ``end`` (m, s_m), x(s_m) the strains, None for the straight robot."""
+    """Integral of |u x r + r' + v| between two s_m (m), x(s_m) the strains, None for the straight robot."""
     stops = np.unique(np.clip([start, end, LOADED_AT, *robot.breaks, *np.linspace(start, end, 9)], start, end))
     nodes, weights = leggauss(20)
     s = (stops[:-1, None] + np.diff(stops)[:, None] * 0.5 * (nodes + 1)).ravel()
@@ -208,7 +209,7 @@ def test_order_of_convergence_under_length_drive():
     robot = driven(prototype(1), **ELASTIC)
     run = lambda n: solve(robot, displacements=2.2e-3, gravity=GRAVITY, tip_force=(2e-3, 0, 0), accuracy=1e-10, steps=n)  # noqa: E731
     tips = [run(n).tip for n in (8, 16, 32, 64)]
-    errors = [farthest(a, b) for a, b in zip(tips[:-1], tips[1:], strict=True)]
+    errors = [farthest(a, b) for a, b in itertools.pairwise(tips)]
     assert np.log2(np.array(errors[:-1]) / errors[1:]) == pytest.approx(4.0, abs=0.4)
 
 

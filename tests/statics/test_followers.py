@@ -1,5 +1,7 @@
 """Loads that turn with the body: plane solutions, tip-to-base integration, what stays, what is refused."""
 
+import itertools
+
 import numpy as np
 import pytest
 
@@ -141,7 +143,7 @@ def test_order_of_convergence(tau):
     robot = prototype(1)
     load = [PointLoad(force=(4e-3, 2e-3, 0.0), frame="body"), DistributedLoad(force=(0.05, 0.0, 0.0), frame="body")]
     tips = [solve(robot, tau, loads=load, gravity=GRAVITY, steps=n, accuracy=1e-11).tip for n in (16, 32, 64, 128)]
-    errors = np.array([farthest(a, b) for a, b in zip(tips[:-1], tips[1:], strict=True)])
+    errors = np.array([farthest(a, b) for a, b in itertools.pairwise(tips)])
     assert np.log2(errors[:-1] / errors[1:]) == pytest.approx(4.0, abs=0.3)
 
 

@@ -1,10 +1,12 @@
 """Loads anywhere: point loads, masses with their offset, distributed loads, the weight's centroid."""
 
+import itertools
+
 import numpy as np
 import pytest
 
 import rucker_webster
-from tendonrod import InvalidInput, Robot, Tendon, solve
+from tendonrod import InvalidInput, NotchedTube, Robot, Tendon, solve
 from tendonrod.body import Segments
 from tendonrod.loads import DistributedLoad, LumpedMass, PointLoad
 from tendonrod.statics.balance import balance_error
@@ -51,7 +53,7 @@ def test_a_mass_is_its_weight_with_its_lever(offset, share, tau):
     at = share * robot.length_na
     tracker = solve(robot, tau, gravity=g, loads=[LumpedMass(mass=mass, at=at, offset=offset)], accuracy=1e-9)
     arm = np.array([robot.section.r_na, 0.0, 0.0]) + offset
-    weight, moment = mass * g, np.zeros(3)
+    weight, moment, shape = mass * g, np.zeros(3), tracker
     for _ in range(30):
         where = {"at": at, "offset": (-robot.section.r_na, 0.0, 0.0)}
         shape = solve(robot, tau, gravity=g, loads=[PointLoad(force=weight, moment=moment, **where)], accuracy=1e-10)
@@ -73,7 +75,7 @@ def test_a_mass_and_a_force_of_its_weight_are_the_same_and_without_gravity_a_mas
 
 @pytest.mark.parametrize("frame", ["world", "body"])
 def test_a_linear_density_is_the_sum_of_many_small_loads(frame):
-    """Simpson's points from the middle rule: the difference falls with their number's square."""
+    """The middle rule: the difference falls with the square of their number."""
     robot, a, b = prototype(1), 0.02, 0.06
     first, last = np.array([0.1, 0.0, 0.05]), np.array([-0.05, 0.15, 0.0])
     first_m, last_m = np.array([1e-4, 0.0, 2e-4]), np.array([0.0, -2e-4, 0.0])
@@ -100,10 +102,10 @@ def test_a_linear_density_is_the_sum_of_many_small_loads(frame):
 @pytest.mark.parametrize("tau", [0.0, 0.8])
 def test_a_uniform_density_is_the_distributed_argument(tau):
     robot = prototype(3, "open_section")
-    f, l = (0.05, 0.1, -0.1), (1e-4, -2e-4, 3e-4)
-    spread = [DistributedLoad(force=f, moment=l)]
+    f, m = (0.05, 0.1, -0.1), (1e-4, -2e-4, 3e-4)
+    spread = [DistributedLoad(force=f, moment=m)]
     for more in ({}, {"insertion": 0.6, "rotation": 0.4}):
-        expected = solve(robot, tau, distributed_force=f, distributed_moment=l, gravity=GRAVITY, accuracy=1e-9, **more)
+        expected = solve(robot, tau, distributed_force=f, distributed_moment=m, gravity=GRAVITY, accuracy=1e-9, **more)
         found = solve(robot, tau, loads=spread, gravity=GRAVITY, accuracy=1e-9, **more)
         assert farthest(found.tip, expected.tip) < 2e-9
 
@@ -200,7 +202,7 @@ def test_a_load_where_a_tendon_ends(beside):
 
 
 def test_offset_is_measured_from_the_axis_of_the_tube():
-    """A force through the tube's axis turns nothing in a straight tube that it is parallel to, but for its lever r_na."""
+    """A force along the tube's axis has the lever r_na about the neutral axis."""
     robot = prototype(1)
     pull = solve(robot, 0.0, loads=[PointLoad(force=(0.0, 0.0, 1e-4))], steps=40)
     on_axis = solve(robot, 0.0, loads=[PointLoad(force=(0.0, 0.0, 1e-4), offset=(-robot.section.r_na, 0, 0))], steps=40)
@@ -238,6 +240,7 @@ def test_centroid_weight_is_a_distributed_moment(number, tau):
 def test_centroid_weight_of_physics():
     """physics.md, section 1: the centroid lies r_na pi d / (pi d + psi w / 2) from the neutral axis."""
     body = prototype(1).body
+    assert isinstance(body, NotchedTube)
     d, w, psi = body.notch_spacing, body.notch_width, body.uncut_angle
     expected = prototype(1).section.r_na * np.pi * d / (np.pi * d + 0.5 * psi * w)
     assert body.mass_centroid_offset == pytest.approx(expected, rel=1e-12)
@@ -258,7 +261,8 @@ def random_problem(seed: int) -> dict:
         "robot": robot, "tensions": rng.uniform(0.0, 1.2, robot.n_tendons), "gravity": 9.81 * rng.uniform(-1, 1, 3),
         "tip_force": size * rng.normal(size=3), "distributed_force": size / L * rng.normal(size=3),
         "rotation": rng.uniform(-3, 3), "insertion": rng.uniform(0.2, 1.0),
-        "tip_moment": 0.3 * size * L * rng.normal(size=3) * (seed % 2), "distributed_moment": size * rng.normal(size=3) * (seed % 2),
+        "tip_moment": 0.3 * size * L * rng.normal(size=3) * (seed % 2),
+        "distributed_moment": size * rng.normal(size=3) * (seed % 2),
     }  # fmt: skip
 
 
@@ -304,9 +308,10 @@ def test_order_of_convergence(seed):
     problem = random_problem(seed)
     L = problem["robot"].length_na
     problem["insertion"] = 1.0
-    loads = [PointLoad(force=1.5 * problem["tip_force"], at=0.55 * L), DistributedLoad(force=problem["distributed_force"], start=0.3 * L)]  # fmt: skip
+    spread = DistributedLoad(force=problem["distributed_force"], start=0.3 * L)
+    loads = [PointLoad(force=1.5 * problem["tip_force"], at=0.55 * L), spread]
     tips = [solve(**problem, loads=loads, steps=n, accuracy=1e-12).tip for n in (20, 40, 80, 160)]
-    errors = np.array([farthest(a, b) for a, b in zip(tips[:-1], tips[1:], strict=True)])
+    errors = np.array([farthest(a, b) for a, b in itertools.pairwise(tips)])
     assert np.log2(errors[:-1] / errors[1:]) == pytest.approx(4.0, abs=0.5)
 
 
@@ -388,7 +393,7 @@ def test_loads_that_do_not_fit_are_named_by_their_place(field, load, insertion):
 
 @pytest.mark.parametrize("loads", [PointLoad(), None, 3.0])
 def test_loads_is_a_sequence(loads):
-    with pytest.raises(InvalidInput, match="^loads"):
+    with pytest.raises(InvalidInput, match=r"^loads"):
         solve(prototype(1), 0.5, loads=loads)
 
 

@@ -1,7 +1,7 @@
 """Tendons that leave the wall at low tension: where they lie, when, and that they are those of the wall above that."""
 
 import dataclasses
-from itertools import product
+from itertools import pairwise, product
 
 import numpy as np
 import pytest
@@ -103,7 +103,7 @@ def test_length_drive_of_a_free_tendon(tau):
 def test_converges_with_the_steps(loads):
     robot = free(prototype(2))
     tips = [solve(robot, 0.08, **loads, steps=n, accuracy=1e-9).tip for n in (16, 32, 64, 128)]
-    errors = np.array([farthest(a, b) for a, b in zip(tips[:-1], tips[1:], strict=True)])
+    errors = np.array([farthest(a, b) for a, b in pairwise(tips)])
     assert errors[-1] < 2e-7
     assert errors[-1] < errors[0]
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 import fold_oracles as folds
 import princeton as bench
@@ -9,8 +10,6 @@ from tendonrod import PlainRod, Robot, Tendon, solve
 from tendonrod.body import Segments, TaperedRod
 from tendonrod.loads import PointLoad
 from textbook import farthest, four_tendon_rod, rod
-
-OFFSET = (0.0, 0.0, 0.0)
 
 
 def bar() -> Robot:
@@ -148,11 +147,10 @@ def test_a_cone_buckles_between_its_ends():
 
 
 def cone_load() -> float:
-    """EI = EI_tip z^4, z from 1 at the tip to 2 at the clamp: theta = z^-1 (A cos(k/z) + B sin(k/z)) for the deflection.
+    """Buckling load of the cone above: EI = EI_tip z^4, z from 1 at the tip to 2 at the clamp.
 
-    E I w'' + P w = 0 with w measured from the tip: w = z (A cos(k / z) + B sin(k / z)), w(1) = 0, w'(2) = 0.
+    EI w'' + P w = 0 with w measured from the tip: w = z (A cos(k / z) + B sin(k / z)), w(1) = 0, w'(2) = 0.
     """
-    from scipy.optimize import brentq
 
     def slope(k):
         f = lambda z: z * np.sin(k / z - k)  # noqa: E731 - zero at z = 1

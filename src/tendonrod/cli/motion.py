@@ -11,8 +11,9 @@ import typer
 from ..errors import Fact, InvalidInput
 from . import output
 from .arguments import Figure, Gravity, Json, Torsion, chosen_robot, vector, whole
-from .motion_file import read_commands, tension_columns
+from .motion_file import read_commands
 from .shape import BODY_UNITS, MOST_SAMPLES, as_dict, listed
+from .table_file import tension_columns
 
 if TYPE_CHECKING:
     from ..motion.progression import Motion

@@ -173,7 +173,7 @@ def _errors(places: _Places, split: int) -> tuple[BalanceErrors, float]:
     p, R = _frames(places, x, inner[..., :12], whole[:, :12])
     N, M = _wrenches(places, x, inner[..., 12:], whole[:, 12:])
     n, m = _section_law(places, x)
-    held, shown = _stated(places.shape, x.held, np.repeat([L, 1.0, 1.0, 1.0 / L, force, moment], [3, 9, 3, 3, 3, 3]))
+    row_units = np.repeat([L, 1.0, 1.0, 1.0 / L, force, moment], [3, 9, 3, 3, 3, 3])
     return BalanceErrors(
         position=_worst(x.s, (x.p - p) / L),
         rotation=_worst(x.s, (x.R.reshape(-1, 9) - R) / (2**0.5 * turn)),
@@ -181,7 +181,7 @@ def _errors(places: _Places, split: int) -> tuple[BalanceErrors, float]:
         moment=_worst(x.s, (x.M - M) / moment),
         section_force=_worst(x.s, n / stretch),
         section_moment=_worst(x.s, m / moment),
-        rows=_worst(held, shown),
+        rows=_worst(places.shape.s, (places.shape._rows - x.held) / row_units),
     ), float(rough)
 
 
@@ -294,11 +294,6 @@ def _shortest(robot, i: int, s_m: np.ndarray, u: np.ndarray, v: np.ndarray, wall
     rises = u[:, 1] * v[:, 2] - u[:, 2] * v[:, 1]  # minus half the slope of |path|^2 over x, at x = 0
     best = np.divide(rises, turn, out=np.full_like(turn, np.inf), where=turn > 0.0)
     return np.stack([np.clip(best, middle - reach, middle + reach), wall[:, 1], wall[:, 2]], axis=1)
-
-
-def _stated(shape: Shape, checked: np.ndarray, units: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(s, differences) between the rows that the shape holds and those checked."""
-    return shape.s, np.abs(shape._rows - checked) / units
 
 
 def _edge(x: _Samples, s: float) -> int:

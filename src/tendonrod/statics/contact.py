@@ -18,7 +18,8 @@ if TYPE_CHECKING:
     from .trial import Trial
 
 STIFFNESS = 1e6  # of the augmented Lagrangian, in units of EI / L^4
-ROUNDS = 60  # of models of the surface and of multipliers
+AT_ONCE = 4  # iterations with one model of the surface
+ROUNDS = 100  # of models of the surface and of multipliers
 NEAR = 3.0  # radii of the tube within which a surface's curvature is taken
 SHORTER = (0.5, 0.25, 0.1, 0.03, 0.01, 0.001)  # shares of a step that are tried when the whole leads up
 
@@ -141,15 +142,15 @@ def press(trial: Trial, tolerance: float) -> int:
     trial.walk()
     for _ in range(ROUNDS):
         before, energy = trial.x.copy(), trial.energy
-        found = trial.descend(tolerance) if asked.conservative else trial.settle(tolerance)
-        count += abs(found)
+        found = trial.descend(tolerance, AT_ONCE) if asked.conservative else trial.settle(tolerance, AT_ONCE)
+        count += abs(found) or AT_ONCE
         if found < 0:
             return -count
         missed = contact.look(trial)
         trial.walk()
-        if missed > 0.1 * asked.contact_tolerance:
-            if asked.conservative:
-                _back(trial, before, energy)
+        if asked.conservative and missed > 0.1 * asked.contact_tolerance:
+            _back(trial, before, energy)
+        if found == 0 or missed > 0.1 * asked.contact_tolerance:
             continue
         gap, held = contact.gap, contact.held
         apart = held * np.maximum(gap, 0.0) > held.max() * asked.contact_tolerance

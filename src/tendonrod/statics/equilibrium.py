@@ -5,7 +5,7 @@ continuation.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import inf, isfinite, nan
+from math import cos, inf, isfinite, isnan, nan, sin, sqrt
 
 import numpy as np
 
@@ -140,7 +140,8 @@ def prepare(
     steps = 0 if steps is None else whole("steps", steps, 1, MOST_STEPS)
     pulled = _pulled(robot, displacements, table[:, 6])
     asked = robot, g, F, M, f, l, eta, place
-    plain = robot.is_uniform and pulled is None and surface is None and not robot.friction.any()
+    driven = [] if pulled is None else [i for i, length in enumerate(pulled.tolist()) if not isnan(length)]
+    plain = robot.is_uniform and len(driven) < 2 and surface is None and not robot.friction.any()
     length, s_exit = eta * robot.length_na, (1.0 - eta) * robot.length_na
     if length < RETRACTED or (plain and not len(loads) and not centroid_weight):
         weight, frame = robot.section.line_density, exit_frame(robot, s_exit, *place)
@@ -148,7 +149,8 @@ def prepare(
             *F, *M, weight * g[0] + f[0], weight * g[1] + f[1], weight * g[2] + f[2], *l,
             length, s_exit, *frame, accuracy, steps, 0.0, inf,
         ])  # fmt: skip
-        return Solution(robot.rod_constants, table, problem, asked)
+        pull = None if pulled is None or not driven else _pull(robot, driven[0], pulled[driven[0]], length, s_exit)
+        return Solution(robot.rod_constants, table, problem, asked, pull)
     return NewtonSolution(
         rod_problem(
             request(
@@ -203,6 +205,19 @@ def _pulled(robot: Robot, displacements, tensions: np.ndarray) -> np.ndarray | N
         if tensions[i] != 0.0:
             raise InvalidInput(f"tensions[{i}]", tensions[i], f"0 where displacements[{i}] = {value!r} is given")
     return pulled
+
+
+def _pull(robot: Robot, i: int, pulled: float, length: float, s_exit: float) -> np.ndarray:
+    """(4,) what the kernel's `haul` asks for."""
+    cx, cy, a, angle, w, end = robot.routing[i].tolist()
+    v, k = robot.section.v_star, robot.rod_constants
+    x, y = cx + a * cos(angle), cy + a * sin(angle)
+    q = np.array([v[0] - k[11] * y - a * w * sin(angle), v[1] + k[11] * x + a * w * cos(angle), v[2] + k[9] * y - k[10] * x])
+    size = sqrt(q @ q)
+    t = q / size
+    soft = float(t @ (t / k[:3])) + t[2] ** 2 * (y * y / k[3] + x * x / k[4]) + (x * t[1] - y * t[0]) ** 2 / k[5]
+    stretch = robot.tendon_compliance[i] * (robot.free_lengths[i] + size * end)
+    return np.array([i, pulled, stretch, soft * max(0.0, min(length, end - s_exit))])
 
 
 def _tensions_before(robot: Robot, history: Shape) -> tuple[np.ndarray, np.ndarray]:

@@ -796,6 +796,57 @@ def equilibrium(rod, tendons, problem, state, J, stats, w):
 
 
 @jit
+def path_left(tendons, i, span, grid, n, x):
+    """Integral of |u x r + r' + v| along tendon i: length (m) of its path through the rod with stage strains x."""
+    total = 0.0
+    for k in range(n):
+        h, s = grid[k + 1] - grid[k], span[1] + grid[k]
+        if s + 0.5 * h > tendons[i, 5]:
+            break
+        for part in range(2):
+            phase = tendons[i, 3] + tendons[i, 4] * (s + (GAUSS if part == 0 else 1.0 - GAUSS) * h)
+            c, d, o = tendons[i, 2] * math.cos(phase), tendons[i, 2] * math.sin(phase), 12 * k + 6 * part
+            X, Y, w = tendons[i, 0] + c, tendons[i, 1] + d, tendons[i, 4]
+            q0, q1, q2 = x[o] - x[o + 5] * Y - w * d, x[o + 1] + x[o + 5] * X + w * c, x[o + 2] + x[o + 3] * Y - x[o + 4] * X
+            total += 0.5 * h * math.sqrt(q0 * q0 + q1 * q1 + q2 * q2)
+    return total
+
+
+@jit
+def haul(rod, tendons, problem, state, J, stats, w, pull):
+    """As `equilibrium`, tendon int(pull[0]) driven by its length: its tension is found such that nothing is missing.
+
+    pull (4,): tendon, pulled length, stretch per tension (m/N), first guess of the rod's own share of it.
+    """
+    i, accuracy, span = int(pull[0]), problem[26], problem[12:14]
+    softness = span[0] * span[0] / min(rod[3], min(rod[4], rod[5]))
+    slope, tau, before, last = pull[2] + pull[3], tendons[i, 6], 0.0, 0.0
+    if problem[28] == 0.0:
+        tau = max(0.0, pull[1] / slope)
+    tendons[i, 6] = tau
+    code = equilibrium(rod, tendons, problem, state, J, stats, w)
+    grid, g, M, x, _ = parts(state, capacity(state), int(stats[5]))
+    n = int(stats[4])
+    for q in range(12 * n):  # strains at rest, in room that the start has no more use for
+        state[state.shape[0] - 12 * n + q] = rod[6 + q % 6]
+    rest = path_left(tendons, i, span, grid, n, state[state.shape[0] - 12 * n :])
+    for attempt in range(30):
+        if code != CONVERGED:
+            return code
+        missing = pull[1] - rest + path_left(tendons, i, span, grid, n, x) - pull[2] * tau
+        if abs(missing) < 0.005 * accuracy or (tau == 0.0 and missing <= 0.0):
+            return code
+        if attempt > 0 and tau != last:
+            found = (before - missing) / (tau - last)
+            slope = found if found > 0.2 * slope else 0.5 * slope
+        before, last = missing, tau
+        tau = max(0.0, tau + missing / slope)
+        tendons[i, 6] = tau
+        code = shoot(rod, tendons, problem[:12], span, grid, n, g, M, x, J, True, 0.05 * accuracy, softness, 30, stats, w)
+    return STALLED
+
+
+@jit
 def sample(rod, tendons, problem, state, half, n, at, tol, out, w):
     """Rows (p[3] R[9] v[3] u[3] N[3] M[3]) at arc lengths ``at``, each by one step from the node before it."""
     load, span = problem[:12], problem[12:14]
@@ -842,8 +893,9 @@ def sample(rod, tendons, problem, state, half, n, at, tol, out, w):
 
 
 def compile_all() -> None:
-    """Compile the three functions that Python calls, or load them from the cache on disk."""
+    """Compile the functions that Python calls, or load them from the cache on disk."""
     line, table = "float64[::1]", "float64[:,::1]"
     equilibrium.compile(f"({line}, {table}, {line}, {line}, {table}, {line}, {line})")
+    haul.compile(f"({line}, {table}, {line}, {line}, {table}, {line}, {line}, {line})")
     stability.compile(f"({line}, {table}, {line}, {line}, int64, int64, {line})")
     sample.compile(f"({line}, {table}, {line}, {line}, int64, int64, {line}, float64, {table}, {line})")

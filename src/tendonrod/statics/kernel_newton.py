@@ -877,7 +877,7 @@ def settle(grid, n, station, tendons, points, joints, contact, x, start, end, fr
     """Newton's method, damped so that every correction is smaller than the one before (Deuflhard's natural test).
 
     Brings x into balance; tolerance: size of the last correction, m. Returns the number of iterations, negative where
-    they lead nowhere. step, held (2n, 6): scratch.
+    they lead nowhere, 0 where ``most`` were not enough. step, held (2n, 6): scratch.
     """
     walk(grid, n, station, tendons, points, joints, contact, x, start, end, frame, touch, wrench, inner, left, hessian, work)
     for iteration in range(1, most + 1):
@@ -908,7 +908,7 @@ def settle(grid, n, station, tendons, points, joints, contact, x, start, end, fr
             walk(grid, n, station, tendons, points, joints, contact, x, start, end, frame, touch, wrench, inner, left,
                  hessian, work)  # fmt: skip
             return iteration
-    return -most
+    return 0
 
 
 @jit
@@ -961,7 +961,7 @@ def descend(grid, n, station, tendons, points, joints, contact, x, start, end, f
         energy = now
         if damping > 0.2:
             stiffer = stiffer / 10.0 if stiffer > 1e-3 else 0.0
-    return -most
+    return 0
 
 
 def compile_all() -> None:

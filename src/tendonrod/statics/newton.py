@@ -33,10 +33,12 @@ class NewtonSolution:
         trial = Trial(p, p.grid(p.steps or (max(first, start.steps // 2) if start else first)))
         self.trial = trial
         if start is None:
-            if trial.strands is not None:
-                trial.strands.guess(trial)
-            if not trial.relax():
+            if not trial.rest():
                 return self._ended(LOCAL_FAILED)
+            if p.request.surface is not None:  # most of the way on a coarse grid
+                coarse = Trial(p, p.grid(CONTACT_STEPS // 2))
+                if coarse.rest() and press(coarse, self._goal) > 0:
+                    trial.begin(coarse)
         else:
             trial.begin(start.trial if isinstance(start, NewtonSolution) else start)
         code = self._driven(trial, start is None)
@@ -75,7 +77,7 @@ class NewtonSolution:
             tip = trial.end[-1, :3].copy()
         count = trial.settle(0.05 * p.request.accuracy)
         self.iterations += abs(count)
-        if count < 0:
+        if count <= 0:
             return STALLED
         if cold and p.loaded:
             far = np.linalg.norm(trial.end[-1, :3] - tip) > AT_ONCE * p.length

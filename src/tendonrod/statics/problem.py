@@ -174,5 +174,8 @@ def problem_of(solution: Solution | NewtonSolution) -> RodProblem:
     """What was asked of a solution, whichever way it was found."""
     if isinstance(solution.problem, RodProblem):
         return solution.problem
-    T, known = solution.tensions, {"accuracy": solution.accuracy, "steps": int(solution.problem[27])}
-    return rod_problem(request(solution.asked, tensions=T.copy(), pulled=np.full(T.size, np.nan), **known))  # pyright: ignore
+    T, known = solution.tensions.copy(), {"accuracy": solution.accuracy, "steps": int(solution.problem[27])}
+    pulled = np.full(T.size, np.nan)
+    if solution.pull is not None:
+        pulled[int(solution.pull[0])], T[int(solution.pull[0])] = solution.pull[1], 0.0
+    return rod_problem(request(solution.asked, tensions=T, pulled=pulled, **known))  # pyright: ignore

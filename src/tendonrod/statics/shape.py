@@ -171,6 +171,15 @@ class Shape:
         known = isinstance(self._solution, NewtonSolution) and self.converged
         return self._solution.contacts if known else None  # pyright: ignore[reportAttributeAccessIssue]
 
+    def balance_error(self) -> float:
+        """Largest relative error of the equations that it should obey, by a check that shares nothing with the solver.
+
+        Dimensionless, NaN if it did not converge; parts, units and places: `tendonrod.statics.balance.balance_errors`.
+        """
+        from .balance import balance_error  # it imports this module's solver
+
+        return balance_error(self)
+
     def section_point(self, x: float, y: float) -> np.ndarray:
         """(n, 3) path of the point (x, y) of the section, measured from the neutral axis, m."""
         rotation = self._rows[:, 3:12]

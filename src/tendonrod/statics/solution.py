@@ -55,13 +55,16 @@ def _import(name: str) -> ModuleType:
 class Solution:
     """A rod's problem in arrays and, once `run`, its solution.
 
-    rod (13,), tendons (n, 7), problem (30,): what is asked; asked: see `equilibrium.request_of`. state, jacobian (3, 3), stats (8,): what comes of it.
+    rod (13,), tendons (n, 7), problem (30,): what is asked; asked: see `problem.request`; pull (4,): see the kernel's `haul`. state, jacobian (3, 3), stats (8,): what comes of it.
     """
 
-    __slots__ = ("asked", "code", "jacobian", "problem", "rod", "state", "stats", "tendons")
+    __slots__ = ("asked", "code", "jacobian", "problem", "pull", "rod", "state", "stats", "tendons")
 
-    def __init__(self, rod: np.ndarray, tendons: np.ndarray, problem: np.ndarray, asked: tuple | None = None) -> None:
-        self.rod, self.tendons, self.problem, self.asked = rod, tendons, problem, asked
+    def __init__(
+        self, rod: np.ndarray, tendons: np.ndarray, problem: np.ndarray, asked: tuple | None = None,
+        pull: np.ndarray | None = None,
+    ) -> None:  # fmt: skip
+        self.rod, self.tendons, self.problem, self.asked, self.pull = rod, tendons, problem, asked, pull
         self.stats, self.jacobian, self.code = np.zeros(8), np.empty((3, 3)), -1
         self.state = np.empty(0)
 
@@ -149,9 +152,8 @@ class Solution:
             self.state = np.empty(2 * (40 * capacity + 19))
             if start is not None:
                 self._take_over(start)
-            self.code = kernel.equilibrium(
-                self.rod, self.tendons, self.problem, self.state, self.jacobian, self.stats, scratch
-            )
+            arrays = self.rod, self.tendons, self.problem, self.state, self.jacobian, self.stats, scratch
+            self.code = kernel.equilibrium(*arrays) if self.pull is None else kernel.haul(*arrays, self.pull)
             if self.code != TOO_SMALL or self.steps > MOST_STEPS:
                 return self.code
             capacity = self.steps + spare
@@ -166,11 +168,12 @@ class Solution:
         problem[:12] *= load
         tendons[:, 6] *= tension
         problem[27] = max(steps, int(problem[27]))
-        return Solution(self.rod, tendons, problem, self.asked)
+        pull = None if self.pull is None else self.pull * np.array([1.0, tension, 1.0, 1.0])
+        return Solution(self.rod, tendons, problem, self.asked, pull)
 
     def again(self, steps: int | None = None) -> Solution:
         """The same problem, unsolved; with a fixed number of steps where it is given."""
-        copy = Solution(self.rod, self.tendons, self.problem.copy(), self.asked)
+        copy = Solution(self.rod, self.tendons.copy(), self.problem.copy(), self.asked, self.pull)
         if steps is not None:
             copy.problem[27] = steps
         return copy
@@ -202,6 +205,8 @@ class Solution:
             to += width * new + last
             at += width * old + last
         self.jacobian[:] = start.jacobian
+        if self.pull is not None:
+            self.tendons[:, 6] = start.tendons[:, 6]
         self.problem[28], self.problem[29] = n, start.stats[6] or inf
 
     def _retract(self) -> int:

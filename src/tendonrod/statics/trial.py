@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from math import inf
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
@@ -11,6 +11,10 @@ from .actuation import Strands
 from .contact import Contact
 from .problem import RodProblem
 from .solution import compiled_newton
+
+if TYPE_CHECKING:
+    from .newton import NewtonSolution
+    from .solution import Solution
 
 GAUSS = 0.5 - 3**0.5 / 6  # nodes of the two-point Gauss rule: GAUSS and 1 - GAUSS
 ITERATIONS = 60
@@ -79,8 +83,10 @@ class Trial:
             p.world, p.axis, p.s_exit, self.grid, self.n, self.station,
         )  # fmt: skip
 
-    def relax(self) -> bool:
+    def rest(self) -> bool:
         """Take the strains of the rod under its tendons alone. False where there are none."""
+        if self.strands is not None:
+            self.strands.guess(self)
         self.x[0] = self.station[0, 6:12]
         p = self.problem
         return self.kernel.relax(self.station, self.n_tendons, p.length, p.robot.rod_constants[12], self.x, self.work)
@@ -101,17 +107,17 @@ class Trial:
         one, two = other.strains[2 * k], other.strains[2 * k + 1]
         self.x[:] = one + c[:, None] * (two - one)
 
-    def take(self, solution) -> None:
+    def take(self, solution: Solution | NewtonSolution) -> None:
         """Take over a solution on the same grid."""
-        self.x[:] = solution.strains
+        self.x[:], self.tensions = solution.strains, solution.tensions.copy()
         if isinstance(solution.problem, RodProblem):
-            other = solution.trial
-            self.tensions, self.share = other.tensions.copy(), other.share.copy()
-            self.place()
+            other = solution.trial  # pyright: ignore[reportAttributeAccessIssue]
+            self.share = other.share.copy()
             if self.contact is not None:
                 self.contact.same_as(other.contact)
-            if self.strands is not None:
-                self.strands.along(self, self.x)
+        self.place()
+        if self.strands is not None:
+            self.strands.along(self, self.x)
 
     def share_at(self, s: np.ndarray) -> np.ndarray:
         """(k, T) shares of the tensions that arrive at arc lengths ``s`` (k,)."""
@@ -158,17 +164,18 @@ class Trial:
         )  # fmt: skip
         return self.strain, self.twist
 
-    def settle(self, tolerance: float) -> int:
+    def settle(self, tolerance: float, most: int = ITERATIONS) -> int:
         """Newton's method, damped so that every correction is smaller than the one before.
 
-        tolerance: size of the last correction, m. Returns the number of iterations, negative where they lead nowhere.
+        tolerance: size of the last correction, m. Returns the number of iterations, negative where they lead nowhere,
+        0 where ``most`` were not enough.
         """
-        return self.kernel.settle(*self._arrays, *self._linear, self.problem.length, tolerance, ITERATIONS)
+        return self.kernel.settle(*self._arrays, *self._linear, self.problem.length, tolerance, most)
 
-    def descend(self, tolerance: float) -> int:
+    def descend(self, tolerance: float, most: int = ITERATIONS) -> int:
         """Newton's method that goes down in energy, for loads with a potential. Arguments and result as `settle`."""
         stiff = np.empty_like(self.hessian)
-        return self.kernel.descend(*self._arrays, *self._linear, stiff, self.problem.length, tolerance, ITERATIONS)
+        return self.kernel.descend(*self._arrays, *self._linear, stiff, self.problem.length, tolerance, most)
 
     def distance(self, finer: Trial) -> float:
         """Largest distance between the nodes and those of a grid twice as fine."""

@@ -1,0 +1,376 @@
+"""`Curve`: equilibria along a parameter by pseudo-arclength continuation; `Linear`: the second variation (docs/method).
+
+Unknowns are the strains x, the tensions of tendons that are pulled by length, and the parameter t. Distances combine the
+share of the parameter's interval and the root mean square of turning (rad) and stretching. Predictor: the tangent.
+Corrector: Newton in the plane across it, with two right hand sides for the rod's one factorisation. Source: H. B. Keller,
+Numerical solution of bifurcation and nonlinear eigenvalue problems, 1977.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import inf
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..errors import InvalidInput
+from .problem import RodProblem, problem_of
+from .trial import Trial
+
+if TYPE_CHECKING:
+    from .newton import NewtonSolution
+    from .solution import Solution
+
+LEAST_STEP = 1e-7
+CORRECTIONS = 8
+BALANCED, ALMOST = 1e-11, 1e-8  # last correction: to be met, and enough where rounding holds it up
+LARGEST_ANGLE, SMALL_ANGLE = 0.4, 0.12  # rad between tangents: above, the step is halved; below, it grows
+LOCATED = 1e-9  # of a step: how well folds and bifurcations are located
+BESIDE = 1e-3  # of a step: where the directions on both sides of a fold are counted
+
+
+@dataclass(frozen=True)
+class Family:
+    """problem(t); sides(t): (changed up, changed down or None for unchanged, size of the difference)."""
+
+    problem: Callable[[float], RodProblem]
+    sides: Callable[[float], tuple[RodProblem, RodProblem | None, float]]
+
+
+def by_difference(problem: Callable[[float], RodProblem], half: float) -> Family:
+    """A family of problems, differentiated by central differences."""
+    return Family(problem, lambda t: (problem(t + half), problem(t - half), 2.0 * half))
+
+
+
+
+class Linear:
+    """A balanced or nearly balanced trial, factored; tendons pulled by length answer too."""
+
+    def __init__(self, trial: Trial) -> None:
+        self.trial, strands = trial, trial.strands
+        self.negative = trial.factor()
+        self.missing, self.active, self.answers = np.empty(0), np.empty(0, dtype=int), []
+        if strands is None:
+            return
+        strands.along(trial, trial.x)
+        missing = strands.missing(trial)
+        self.active = np.array([i for i in strands.driven if trial.tensions[i] > 0.0 or missing[i] > 0.0], dtype=int)
+        self.missing = missing
+        self.answers = [self._rod(trial.share[:, i, None] * strands.pull[:, i]) for i in self.active]
+        by = [[-self._length(i, strain) for strain, _ in self.answers] for i in self.active]
+        self.slope = np.reshape(by, (len(by), len(by))) + np.diag(strands.stretch(trial)[self.active])
+        self.negative -= int((np.linalg.eigvals(self.slope).real < 0.0).sum()) if len(by) else 0
+
+    def solve(self, left: np.ndarray, missing: np.ndarray | float = 0.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """(strains (2n, 6), tensions (T,), motion of the tip (3,)) that remove an imbalance and missing pulled lengths."""
+        (strain, tip), tau = self._rod(left), np.zeros(self.trial.n_tendons)
+        if len(self.active):
+            want = np.broadcast_to(missing, tau.shape)[self.active]
+            tau[self.active] = np.linalg.solve(self.slope, want + [self._length(i, strain) for i in self.active])
+            strain = strain + sum(tau[i] * each for i, (each, _) in zip(self.active, self.answers, strict=True))
+            tip = tip + sum(tau[i] * each for i, (_, each) in zip(self.active, self.answers, strict=True))
+        return strain, tau, tip
+
+    def softest(self) -> float:
+        """The smallest share mu, in size, such that the rod would be singular were all sections softer by it.
+
+        J phi = mu H phi with the Hessian H of the sections alone, by inverse iteration: 1 without load, 1 - P / P_c for a
+        column, 0 at a fold or bifurcation, negative beyond.
+        """
+        trial, w = self.trial, self.trial.weights[:, None]
+        phi, found = np.random.default_rng(1).normal(size=trial.x.shape), inf
+        phi /= np.sqrt(trial.station[:, :6])
+        for _ in range(40):
+            push = np.einsum("jab,jb->ja", trial.hessian, phi)
+            answer = -self.solve(push)[0]
+            work = float((w * push * answer).sum())
+            before, found = found, float((w * push * phi).sum()) / work if work else 0.0
+            if abs(found - before) <= 1e-3 * abs(found):
+                break
+            phi = answer / np.abs(answer[:, 3:]).max()
+        return found
+
+    def _rod(self, left: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        strain, twist = self.trial.respond(left)
+        return strain.copy(), twist[-1, :3] + np.cross(twist[-1, 3:], self.trial.end[-1, :3])
+
+    def _length(self, i: int, strain: np.ndarray) -> float:
+        trial = self.trial
+        return float((trial.weights[:, None] * trial.strands.pull[:, i] * strain).sum())  # pyright: ignore
+
+
+def softest(solution: Solution | NewtonSolution) -> float:
+    """`Linear.softest` of a solution; the tendons that are pulled by length answer."""
+    trial = Trial(problem_of(solution), solution.grid.copy())
+    trial.take(solution)
+    trial.walk()
+    return Linear(trial).softest()
+
+
+# ---- the curve
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """Strains x (2n, 6), tensions tau (T,) and parameter t."""
+
+    x: np.ndarray
+    tau: np.ndarray
+    t: float
+
+    def plus(self, by: float, other: State) -> State:
+        return State(self.x + by * other.x, self.tau + by * other.tau, self.t + by * other.t)
+
+
+@dataclass(frozen=True, eq=False)
+class Point(State):
+    """A balanced state, with the unit tangent and what is known there. tip_slope: motion of the tip along the tangent."""
+
+    tangent: State
+    tip: np.ndarray
+    tip_slope: np.ndarray
+    negative: int
+    energy: float
+    iterations: int
+
+
+class Curve:
+    """One family of problems on one grid."""
+
+    def __init__(self, family: Family, trial: Trial, low: float, high: float) -> None:
+        self.family, self.first, self.low, self.high = family, trial, low, high
+        length = trial.problem.length
+        self.marks = _marks(trial.problem)
+        self.weight = (trial.weights / length)[:, None] * np.array([1.0, 1.0, 1.0, *3 * [length**2]])
+        self.driven = trial.strands.driven if trial.strands is not None else np.empty(0, dtype=int)
+        self.conservative = trial.problem.request.conservative
+
+    def dot(self, a: State, b: State) -> float:
+        """Inner product of two differences of states."""
+        return float((self.weight * a.x * b.x).sum()) + a.t * b.t / (self.high - self.low) ** 2
+
+    def trial(self, state: State, problem: RodProblem | None = None) -> Trial:
+        """The rod with these strains, here or in a neighbouring problem; its steps move with joints and loads."""
+        problem = self.family.problem(state.t) if problem is None else problem
+        marks = _marks(problem)
+        if len(marks) != len(self.marks):
+            raise InvalidInput("parameter", state.t, "one that leaves all joints, ends and loads exposed or hidden as they are")
+        trial = Trial(problem, np.interp(self.first.grid, self.marks, marks))
+        trial.x[:] = state.x
+        if self.driven.size:
+            trial.tensions[self.driven] = np.maximum(state.tau[self.driven], 0.0)
+            trial.place()
+        trial.walk()
+        return trial
+
+    def answer(self, linear: Linear, state: State) -> tuple[State, np.ndarray]:
+        """(derivative of strains and tensions by the parameter, that of the tip)."""
+        up, down, size = self.family.sides(state.t)
+        high, low = self.trial(state, up), linear.trial if down is None else self.trial(state, down)
+        missing = 0.0
+        if high.strands is not None and low.strands is not None:
+            for each in (high, low):
+                each.strands.along(each, each.x)
+            missing = (high.strands.missing(high) - low.strands.missing(low)) / size
+        strain, tau, tip = linear.solve((high.left - low.left) / size, missing)
+        return State(strain, tau, 1.0), tip + (_tip(high) - _tip(low)) / size
+
+    def corrected(self, guess: State, towards: State, origin: State | None = None, at: float = 0.0) -> Point | None:
+        """The balanced point near ``guess``, at its parameter; or in the plane across ``towards`` at a distance from ``origin``.
+
+        The tangent points to the side of ``towards``.
+        """
+        state, before = guess, inf
+        for iteration in range(1, CORRECTIONS + 1):
+            linear = Linear(self.trial(state))
+            strain, tau, _ = linear.solve(linear.trial.left, linear.missing if self.driven.size else 0.0)
+            by = State(strain, tau, 0.0)
+            if origin is not None:
+                along, _ = self.answer(linear, state)
+                off = self.dot(towards, state.plus(-1.0, origin)) - at
+                by = by.plus(-(off + self.dot(towards, by)) / self.dot(towards, along), along)
+            size = np.sqrt(self.dot(by, by))
+            if not size < 2.0:
+                return None
+            state = State(state.x + by.x, np.maximum(state.tau + by.tau, 0.0), state.t + by.t)
+            if size < BALANCED or (size < ALMOST and size > 0.25 * before):
+                return self.point(state, towards, iteration)
+            before = size
+        return None
+
+    def point(self, state: State, towards: State, iterations: int) -> Point:
+        """What is known of a balanced state."""
+        linear = Linear(self.trial(state))
+        along, tip_by = self.answer(linear, state)
+        unit = np.copysign(1.0 / np.sqrt(self.dot(along, along)), self.dot(along, towards))
+        tangent = State(unit * along.x, unit * along.tau, unit)
+        trial = linear.trial
+        tip = _tip(trial)
+        return Point(
+            state.x, state.tau, state.t, tangent, tip, unit * tip_by, linear.negative, self._energy(trial), iterations
+        )
+
+    def at(self, p: Point, s: float) -> Point | None:
+        """The point of the branch in the plane across the tangent of ``p``, at the distance ``s`` from it."""
+        try:
+            return self.corrected(p.plus(s, p.tangent), p.tangent, p, s)
+        except InvalidInput:
+            return None
+
+    def _energy(self, trial: Trial) -> float:
+        if not self.driven.size:
+            return trial.energy
+        strands, tau = trial.strands, trial.tensions
+        path = trial.weights @ np.linalg.norm(strands.q, axis=2)  # pyright: ignore[reportOptionalMemberAccess]
+        stored = 0.5 * strands.stretch(trial) * tau**2 - tau * path  # pyright: ignore[reportOptionalMemberAccess]
+        return trial.energy + float(stored[self.driven].sum())
+
+    # ---- along it
+
+    def follow(self, t: float, sense: float, largest: float, most: int, progress: Callable[[int, float], object]) -> Way:
+        """Points from the trial's at ``t``, first towards larger t or (sense -1) smaller, until t leaves the interval."""
+        first = self.begin(t, sense)
+        if first is None:
+            return Way([], "the start could not be balanced on the grid of the branch")
+        way, ds = Way([Place(first)], "as many points as allowed"), 0.5 * largest
+        while way.count < most:
+            p = way.places[-1].point
+            q = self.at(p, ds)
+            angle = np.arccos(min(1.0, self.dot(p.tangent, q.tangent))) if q is not None else inf
+            if q is None or angle > LARGEST_ANGLE:
+                ds *= 0.5
+                if ds < LEAST_STEP:
+                    way.ended = "no neighbouring equilibrium was found"
+                    break
+                continue
+            left = not self.low <= q.t <= self.high
+            if left:
+                q, ds = self._edge(p, q, ds)
+                way.ended = "the parameter reached the end of its interval"
+            way.places += [*self._events(p, q, ds), Place(q)]
+            progress(way.count, q.t)
+            if left:
+                break
+            ds = min(largest, ds * (1.5 if angle < SMALL_ANGLE and q.iterations <= 4 else 0.8 if angle > 0.25 else 1.0))
+        return way
+
+    def begin(self, t: float, sense: float) -> Point | None:
+        """The first trial, balanced."""
+        x = self.first.x
+        return self.corrected(State(x, self.first.tensions, t), towards=State(0.0 * x, 0.0 * self.first.tensions, sense))
+
+    def fold(self, t: float, largest: float, most: int) -> Point | None:
+        """The first fold from the trial's ``t`` on towards larger t, None if there is none in the interval."""
+        p, ds = self.begin(t, 1.0), 0.1 * largest
+        for _ in range(most if p is not None else 0):
+            q = self.at(p, ds)
+            if q is None or self.dot(p.tangent, q.tangent) < np.cos(LARGEST_ANGLE):
+                ds *= 0.5
+                if ds < LEAST_STEP:
+                    return None
+                continue
+            if q.tangent.t < 0.0:
+                return self._turn(p, ds)[0]
+            if q.t > self.high:
+                return None
+            p, ds = q, min(largest, 1.5 * ds)
+        return None
+
+    def _edge(self, p: Point, q: Point, ds: float) -> tuple[Point, float]:
+        """(point at the end of the interval that lies between ``p`` and ``q``, its distance from p)."""
+        edge = self.low if q.t < self.low else self.high
+        low, high, beyond = 0.0, ds, q
+        for _ in range(30):
+            middle = low + (high - low) * min(0.9, max(0.1, (edge - p.t) / (beyond.t - p.t) if low == 0.0 else 0.5))
+            found = self.at(p, middle)
+            if found is None:
+                break
+            if self.low <= found.t <= self.high:
+                low = middle
+            else:
+                high, beyond = middle, found
+            exact = self.corrected(State(found.x, found.tau, edge), towards=found.tangent)
+            away = 2.0 * ds if exact is None else np.sqrt(self.dot(exact.plus(-1.0, p), exact.plus(-1.0, p)))
+            if exact is not None and away < 1.5 * ds and self.dot(exact.tangent, p.tangent) > 0.8:
+                return exact, self.dot(exact.plus(-1.0, p), p.tangent)
+        return beyond, high
+
+    def _events(self, p: Point, q: Point, ds: float) -> list[Place]:
+        """Folds and bifurcations between ``p`` and ``q``, which lies at the distance ``ds``."""
+        if p.tangent.t * q.tangent.t >= 0.0:
+            return self._bifurcations(p, 0.0, ds, p.negative, q.negative)
+        fold, s = self._turn(p, ds)
+        beside = [self.at(p, s - BESIDE * ds), self.at(p, s + BESIDE * ds)]
+        before, after = (each.negative if each is not None else end.negative for each, end in zip(beside, (p, q), strict=True))
+        places = self._bifurcations(p, 0.0, s - BESIDE * ds, p.negative, before)
+        places.append(Place(fold, "fold", (before, after)))
+        return places + self._bifurcations(p, s + BESIDE * ds, ds, after, q.negative)
+
+    def _turn(self, p: Point, ds: float) -> tuple[Point, float]:
+        """(the fold between ``p`` and the point at the distance ``ds``, its distance): where the parameter turns."""
+        from scipy.optimize import brentq
+
+        def slope(s: float) -> float:
+            found = self.at(p, s)
+            return 0.0 if found is None else found.tangent.t / abs(p.tangent.t)
+
+        s = float(brentq(slope, 0.0, ds, xtol=LOCATED * ds, rtol=1e-14))  # pyright: ignore[reportArgumentType]
+        return self.at(p, s) or p, s
+
+    def _bifurcations(self, p: Point, low: float, high: float, before: int, after: int) -> list[Place]:
+        """Where the number of unstable directions changes between two distances from ``p``, by bisection."""
+        found: list[Place] = []
+        while self._differ(before, after):
+            start, end, beyond, last = low, high, after, None
+            while end - start > LOCATED * high:
+                middle = self.at(p, 0.5 * (start + end))
+                if middle is None:
+                    return found
+                if self._differ(middle.negative, before):
+                    end, beyond, last = 0.5 * (start + end), middle.negative, middle
+                else:
+                    start = 0.5 * (start + end)
+            last = last or self.at(p, end)
+            if last is None:
+                return found
+            found.append(Place(last, "bifurcation", (before, beyond)))
+            low, before = end, beyond
+        return found
+
+    def _differ(self, one: int, other: int) -> bool:
+        """Whether directions change sides between the two counts; without a potential only the determinant's sign counts."""
+        return one != other if self.conservative else (one - other) % 2 != 0
+
+
+@dataclass(frozen=True)
+class Place:
+    """A point of a way, and what happens there; sides: the numbers of unstable directions before and after."""
+
+    point: Point
+    kind: str = ""
+    sides: tuple[int, int] = (0, 0)
+
+
+@dataclass
+class Way:
+    """Places in order, and why there are no more."""
+
+    places: list[Place]
+    ended: str
+
+    @property
+    def count(self) -> int:
+        """Number of points that are no folds or bifurcations."""
+        return sum(not each.kind for each in self.places)
+
+
+def _marks(problem: RodProblem) -> np.ndarray:
+    """Arc lengths of the base, of joints, breaks, point loads and ends of loads within the exposed rod, and of the tip, m."""
+    return problem.grid(0)
+
+
+def _tip(trial: Trial) -> np.ndarray:
+    return trial.end[-1, :3] + trial.problem.frame[:3]
