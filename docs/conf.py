@@ -8,7 +8,7 @@ from pathlib import Path
 from matplotlib.sphinxext.plot_directive import TEMPLATE
 
 HERE = Path(__file__).parent
-sys.path.insert(0, str(HERE / "_ext"))
+sys.path[:0] = [str(HERE / "_ext"), str(HERE)]  # docs/_ext, and docs for the package `problems`
 
 project = "tendonrod"
 author = "tendonrod developers"
@@ -20,6 +20,7 @@ extensions = [
     "sphinx.ext.viewcode",
     "matplotlib.sphinxext.plot_directive",
     "commandhelp",
+    "problemtables",
     "svgmath",
 ]
 default_role = "code"

@@ -11,8 +11,9 @@ import fold_oracles as folds
 import follower_oracles as followers
 import princeton as bench
 import rucker_webster
-from tendonrod import PlainRod, Robot, Shape, solve
+from tendonrod import PlainRod, Robot, solve
 from tendonrod.loads import PointLoad
+from tendonrod.statics.branches import Branch, follow_branch
 
 from . import Row, Table
 
@@ -103,16 +104,16 @@ def bend() -> Table:
 def draw_bend() -> None:
     import matplotlib.pyplot as plt
 
-    figure = plt.figure(figsize=(7.5, 3.6), layout="constrained")
-    top, side = figure.subplots(1, 2)
+    figure = plt.figure(figsize=(6.0, 5.6), layout="constrained")
+    top, side = figure.subplots(2, 1, sharex=True, height_ratios=[36, 60])
     s = np.linspace(0.0, 25.0 * np.pi, 81)
     for force in (0, 150, 300, 450, 600):
         x, y, z = solve(bent_beam(), (), tip_force=(0.0, float(force), 0.0), s=s).position.T
-        (line,) = top.plot(z, x, label=f"{force}")
-        side.plot(z, y, color=line.get_color())
-    top.set(xlabel="z", ylabel="x, radial", aspect=1.0, title="from above")
-    top.legend(title="P", loc="upper left")
-    side.set(xlabel="z", ylabel="y, along the force", aspect=1.0, title="from the side")
+        (line,) = top.plot(z, x)
+        side.plot(z, y, color=line.get_color(), label=f"{force}")
+    top.set(ylabel="x, radial", aspect=1.0, xlim=(-2, 75), ylim=(-2, 34))
+    side.set(xlabel="z", ylabel="y, along the force", aspect=1.0, ylim=(-2, 58))
+    side.legend(title="P", loc="upper left")
 
 
 # ---- end moment to a circle
@@ -135,7 +136,7 @@ def circle() -> Table:
 def draw_circle() -> None:
     import matplotlib.pyplot as plt
 
-    _, axes = plt.subplots(figsize=(5.0, 3.8), layout="constrained")
+    _, axes = plt.subplots(figsize=(6.5, 3.6), layout="constrained")
     s = np.linspace(0.0, 1.0, 161)
     for turns in (0.125, 0.25, 0.5, 0.75, 1.0, 2.0):
         moment = 2.0 * np.pi * turns
@@ -144,7 +145,7 @@ def draw_circle() -> None:
         exact = bench.end_moment(1.0, 1.0, moment, s[::20])
         axes.plot(exact[:, 2], exact[:, 0], ".", color=line.get_color())
     axes.set(xlabel="z / L", ylabel="x / L", aspect=1.0)
-    axes.legend(title="M L / 2πEI", loc="upper right")
+    axes.legend(title="M L / 2πEI", loc="upper left", bbox_to_anchor=(1.0, 1.0))
 
 
 # ---- the Princeton beam
@@ -195,8 +196,8 @@ def draw_princeton() -> None:
             each.plot(degrees, [1e3 * getattr(tip, name) for tip in found], label=f"{weight} N")
     for weight, (chord, flap) in bench.ANSYS.items():
         label = "ANSYS" if weight == 8.896 else None
-        axes["flap"].plot(bench.ANSYS_ANGLES, flap, "k+", label=label)
-        axes["chord"].plot(bench.ANSYS_ANGLES, chord, "k+")
+        axes["flap"].plot(bench.ANSYS_ANGLES, flap, "k+", label=label, clip_on=False)
+        axes["chord"].plot(bench.ANSYS_ANGLES, chord, "k+", clip_on=False)
     for name, each in axes.items():
         each.set(xlabel="load angle (degrees)", ylabel=f"{name} displacement (mm)", xlim=(0, 90), ylim=(0, None))
         each.set_xticks(range(0, 91, 15))
@@ -253,53 +254,65 @@ def strip() -> Robot:
 
 
 @cache
-def strip_branch(shares: tuple[float, ...]) -> list[Shape]:
-    """Shapes at these shares of the fold's turning angle, each started from the one before."""
-    shape = solve(strip(), (), loads=[PointLoad(force=(0.05, 0.0, -FOLD_LOAD))])  # a small push says to which side
-    shapes, largest = [], folds.fold(FOLD_LOAD).alpha
-    for share in shares:
-        alpha = share * largest
-        force = (-FOLD_LOAD * np.sin(alpha), 0.0, -FOLD_LOAD * np.cos(alpha))
-        shape = solve(strip(), (), loads=[PointLoad(force=force)], start=shape, accuracy=1e-9)
-        shapes.append(shape)
-    return shapes
+def strip_branch() -> Branch:
+    """All equilibria from the buckled strip on, through the fold, until the force is axial again."""
+    start = solve(strip(), (), tip_force=(0.05, 0.0, -FOLD_LOAD))  # a small push says to which side
+    start = solve(strip(), (), tip_force=turned_force(0.0), start=start, accuracy=1e-9)
+    return follow_branch(start, lambda alpha: {"tip_force": turned_force(alpha)}, (0.0, 0.7))
+
+
+def turned_force(alpha: float) -> tuple[float, float, float]:
+    return -FOLD_LOAD * np.sin(alpha), 0.0, -FOLD_LOAD * np.cos(alpha)
+
+
+def exact_at(alpha: float, stable: bool) -> folds.Elastica:
+    """The equilibrium at this angle on the stable or the unstable side of the fold."""
+    if stable:
+        return folds.stable_branch(FOLD_LOAD, alpha)
+    end = folds.fold(FOLD_LOAD).modulus
+    p = brentq(lambda x: folds.elastica(FOLD_LOAD, x).alpha - alpha, 1e-9, end, xtol=1e-15)
+    return folds.elastica(FOLD_LOAD, float(p))  # type: ignore[arg-type]
 
 
 def fold() -> Table:
-    rows, shares = [], (0.0, 0.3, 0.6, 0.9, 0.99)
-    for share, shape in zip(shares, strip_branch(shares), strict=True):
-        exact = folds.stable_branch(FOLD_LOAD, share * folds.fold(FOLD_LOAD).alpha)
-        for name, value, found in (("z / L", exact.x, shape.tip[2]), ("x / L", exact.y, shape.tip[0])):
-            case = f"α = {np.degrees(exact.alpha):.4f}°"
-            rows.append(Row(case=case, quantity=name, reference=value, computed=found))
-    return Table(rows=tuple(rows), unit="", digits=7, within=2e-7)
+    branch, end = strip_branch(), folds.fold(FOLD_LOAD)
+    (turn,) = branch.folds
+    rows = [Row(case="fold", quantity="α (rad)", reference=end.alpha, computed=float(turn.parameter))]
+    for name, value, found in (("z / L", end.x, turn.tip[2]), ("x / L", end.y, turn.tip[0])):
+        rows.append(Row(case="fold", quantity=name, reference=value, computed=float(found)))
+    for k in (turn.index // 2, (turn.index + len(branch)) // 2):
+        side = "stable" if k < turn.index else "unstable"
+        exact, tip = exact_at(branch.parameter[k], k < turn.index), branch.tip[k]
+        for name, value, found in (("z / L", exact.x, tip[2]), ("x / L", exact.y, tip[0])):
+            case = f"{side}, α = {branch.parameter[k]:.4f} rad"
+            rows.append(Row(case=case, quantity=name, reference=value, computed=float(found)))
+    return Table(rows=tuple(rows), unit="", digits=8, within=2e-7)
 
 
 def draw_fold() -> None:
     import matplotlib.pyplot as plt
 
     figure = plt.figure(figsize=(7.5, 3.6), layout="constrained")
-    side, branch = figure.subplots(1, 2)
-    end = folds.fold(FOLD_LOAD)
-    shares = tuple(np.concatenate([np.linspace(0.0, 0.9, 10), [0.95, 0.98, 0.995]]).tolist())
-    shapes = strip_branch(shares)
-    moduli = np.linspace(0.02, folds.buckled(FOLD_LOAD).modulus, 200)
+    side, turned = figure.subplots(1, 2)
+    branch, end = strip_branch(), folds.fold(FOLD_LOAD)
+    (turn,) = branch.folds
+    tips = np.degrees([np.arctan2(*branch.shape(k).rotation[-1][[0, 2], 2]) for k in range(len(branch))])
+    alpha, before = np.degrees(branch.parameter), np.arange(len(branch)) <= turn.index
+    turned.plot(alpha[before], tips[before], color="tab:blue", label="stable")
+    turned.plot(alpha[turn.index :], tips[turn.index :], "--", color="tab:blue", label="unstable")
+    moduli = np.linspace(0.02, folds.buckled(FOLD_LOAD).modulus, 19)
     exact = [folds.elastica(FOLD_LOAD, p) for p in moduli]
-    stable = [each.modulus >= end.modulus for each in exact]
-    degrees = np.degrees([[each.alpha, each.tip_angle] for each in exact])
-    branch.plot(*degrees[stable].T, "-", color="tab:blue", label="stable, elliptic functions")
-    branch.plot(*degrees[np.invert(stable)].T, "--", color="tab:blue", label="unstable")
-    tips = [np.arctan2(*shape.rotation[-1][[0, 2], 2]) for shape in shapes]
-    branch.plot(np.degrees(end.alpha) * np.array(shares), np.degrees(tips), "k+", label="tendonrod")
-    branch.plot(np.degrees(end.alpha), np.degrees(end.tip_angle), "o", color="tab:red", label="fold")
-    branch.set(xlabel="turning angle α of the force (degrees)", ylabel="tip angle (degrees)")
-    branch.legend(loc="lower left")
-    for k in (0, 5, 9, 12):
-        x, _, z = shapes[k].at(np.linspace(0.0, 1.0, 81)).position.T
-        alpha = end.alpha * shares[k]
-        (line,) = side.plot(z, x, label=f"{np.degrees(alpha):.1f}°")
-        start = z[-1] + 0.22 * np.cos(alpha), x[-1] + 0.22 * np.sin(alpha)
-        arrow = {"arrowstyle": "->", "color": line.get_color(), "shrinkA": 0, "shrinkB": 0}
+    turned.plot(*np.degrees([[each.alpha, each.tip_angle] for each in exact]).T, "k+", label="elliptic functions")
+    turned.plot(np.degrees(end.alpha), np.degrees(end.tip_angle), "o", color="tab:red", label="fold")
+    turned.set(xlabel="turning angle α of the force (degrees)", ylabel="tip angle (degrees)")
+    turned.legend(loc="lower right")
+    after = turn.index + (len(branch) - turn.index) // 2
+    for k, colour in ((0, "tab:green"), (turn.index, "tab:red"), (after, "tab:blue")):
+        x, _, z = branch.shape(k).at(np.linspace(0.0, 1.0, 81)).position.T
+        style = "-" if k <= turn.index else "--"
+        side.plot(z, x, style, color=colour, label=f"{alpha[k]:.1f}°")
+        start = z[-1] + 0.22 * np.cos(branch.parameter[k]), x[-1] + 0.22 * np.sin(branch.parameter[k])
+        arrow = {"arrowstyle": "->", "color": colour, "shrinkA": 0, "shrinkB": 0}
         side.annotate("", (z[-1], x[-1]), start, arrowprops=arrow)
-    side.set(xlabel="z / L", ylabel="x / L", aspect=1.0, xlim=(-0.05, 0.75), ylim=(-0.03, 0.95))
+    side.set(xlabel="z / L", ylabel="x / L", aspect=1.0, xlim=(-0.05, 1.0), ylim=(-0.03, 0.95))
     side.legend(title="α", loc="lower right")

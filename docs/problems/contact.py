@@ -14,6 +14,7 @@ from . import Row, Table
 
 LENGTH, RADIUS, GAP, CLEARANCE = 0.1, 0.25e-3, 0.01, 0.002  # m
 FLOOR_LOADS = (5.0, 30.0, 150.0)  # q L^4 / (EI gap)
+WALLS = {1: "upper wall", -1: "lower wall"}
 PRECURVATURES = (4.0, 12.0, 30.0)  # 1/m
 
 
@@ -50,28 +51,28 @@ def in_channel(curvature: float, exact: bool) -> Shape | planar.PlanarShape:
     return solve(rod(curvature), (), surface=tube, **FINE)
 
 
-def compared(case: str, exact: planar.PlanarShape, shape: Shape) -> list[Row]:
-    """Tip, base moment and the force of each wall."""
+def compared(case: str, exact: planar.PlanarShape, shape: Shape, names: dict[int, str]) -> list[Row]:
+    """Tip, base moment and the force of each wall by side and name."""
     at, contacts = exact.at(np.array([LENGTH])), shape.contacts
     assert contacts is not None
     values = [
         ("tip z (mm)", 1e3 * at["z"][0], 1e3 * shape.tip[2]),
         ("base moment (mN m)", 1e3 * exact.base_moment, 1e3 * shape.moment[0, 1]),
     ]
-    for side, name in ((1, "upper wall (mN)"), (-1, "lower wall (mN)")):
+    for side, name in names.items():
         on = contacts.normal[:, 0] * side < 0.0
         carried = float(np.abs(contacts.force[on] * contacts.normal[on, 0]).sum())
         should = sum(each.force for each in exact.touches if each.side == side)
         should += exact.rod.line[0] * exact.contact_length * (side == 1)
         if should > 0.0 or carried > 0.0:
-            values.append((name, 1e3 * should, 1e3 * carried))
+            values.append((f"{name} (mN)", 1e3 * should, 1e3 * carried))
     return [Row(case=case, quantity=name, reference=float(a), computed=float(b)) for name, a, b in values]
 
 
 def floor() -> Table:
     rows = []
     for load in FLOOR_LOADS:
-        rows += compared(f"q L⁴/(EI h) = {load:g}", on_floor(load, True), on_floor(load, False))
+        rows += compared(f"q L⁴/(EI h) = {load:g}", on_floor(load, True), on_floor(load, False), {1: "floor"})
     return Table(rows=tuple(rows), unit="", digits=3, within=1e-3, relative=True)
 
 
@@ -79,39 +80,24 @@ def draw_floor() -> None:
     import matplotlib.pyplot as plt
 
     figure = plt.figure(figsize=(7.5, 3.4), layout="constrained")
-    side, force = figure.subplots(1, 2)
+    side, bending = figure.subplots(1, 2)
     s = np.linspace(0.0, LENGTH, 121)
     for load in FLOOR_LOADS:
-        exact, shape = on_floor(load, True), on_floor(load, False)
-        there = shape.at(s).position
-        (line,) = side.plot(1e3 * there[:, 2], 1e3 * there[:, 0], label=f"{load:g}")
-        at = exact.at(s[::8])
-        side.plot(1e3 * at["z"], 1e3 * at["x"], ".", color=line.get_color())
-        if load == FLOOR_LOADS[-1]:
-            _draw_line_force(force, shape, exact)
+        exact, there = on_floor(load, True).at(s[::8]), on_floor(load, False).at(s)
+        (line,) = side.plot(1e3 * there.position[:, 2], 1e3 * there.position[:, 0], label=f"{load:g}")
+        side.plot(1e3 * exact["z"], 1e3 * exact["x"], ".", color=line.get_color())
+        bending.plot(1e3 * s, 1e3 * there.moment[:, 1], color=line.get_color())
+        bending.plot(1e3 * s[::8], 1e3 * exact["moment"], ".", color=line.get_color())
     side.axhspan(1e3 * GAP, 1e3 * GAP + 1.0, color="0.85")
     side.set(xlabel="z (mm)", ylabel="x of the axis (mm)", ylim=(1e3 * GAP + 1.0, -1.0), xlim=(0, 102))
     side.legend(title="q L⁴/(EI h)", loc="lower left")
-    force.set(xlabel="s (mm)", ylabel="line force of the floor (N/m)", xlim=(80, 101), title="q L⁴/(EI h) = 150")
-    force.legend()
-
-
-def _draw_line_force(axes, shape: Shape, exact: planar.PlanarShape) -> None:
-    """Line force of the floor at the stages; by theory a point force and then the load itself."""
-    contacts, q = shape.contacts, exact.rod.line[0]
-    assert contacts is not None
-    on = contacts.line_force > 0.0
-    axes.plot(1e3 * contacts.s[on], contacts.line_force[on], "o-", markersize=4, linewidth=0.8, label="tendonrod")
-    (touch,) = exact.touches
-    axes.axvline(1e3 * touch.s, color="k", linewidth=0.8)
-    text = f"without shear: a point force of {1e3 * touch.force:.0f} mN,\nthen the load q itself"
-    axes.plot([1e3 * touch.s, 1e3 * LENGTH], [q, q], "k--", linewidth=0.8, label=text)
+    bending.set(xlabel="s (mm)", ylabel="moment (mN m)", xlim=(0, 102))
 
 
 def channel() -> Table:
     rows = []
     for curvature in PRECURVATURES:
-        rows += compared(f"u*_y = {curvature:g} 1/m", in_channel(curvature, True), in_channel(curvature, False))
+        rows += compared(f"u*_y = {curvature:g} 1/m", in_channel(curvature, True), in_channel(curvature, False), WALLS)
     return Table(rows=tuple(rows), unit="", digits=3, within=1e-3, relative=True)
 
 

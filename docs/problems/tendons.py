@@ -54,8 +54,8 @@ def routing() -> Table:
 def draw_routing() -> None:
     import matplotlib.pyplot as plt
 
-    figure = plt.figure(figsize=(7.5, 4.0), layout="constrained")
-    views = figure.subplots(2, 2, sharex=True)
+    figure = plt.figure(figsize=(7.5, 3.5), layout="constrained")
+    views = figure.subplots(2, 2, sharex=True, sharey="row", height_ratios=[255, 120])
     s = np.linspace(0.0, 0.5, 121)
     for column, (turns, title) in enumerate(((0.0, "straight routing"), (1.0, "helical routing, one turn"))):
         shape = solve(four_tendons(turns), PULLED, gravity=DOWN, s=s)
@@ -102,7 +102,7 @@ def anchors() -> Table:
 def draw_anchors() -> None:
     import matplotlib.pyplot as plt
 
-    _, axes = plt.subplots(figsize=(6.0, 3.6), layout="constrained")
+    _, axes = plt.subplots(figsize=(7.5, 2.4), layout="constrained")
     s = np.linspace(0.0, 0.2, 121)
     half, pair = rod(Tendon.constant(x=OFFSET, y=0.0, end=END)), (OFFSET, -OFFSET)
     for tau in (2.0, 4.0, 6.0, 8.0):
@@ -113,7 +113,7 @@ def draw_anchors() -> None:
     both = solve(rod(*(Tendon.constant(x=x, y=0.0) for x in pair)), 20.0, s=s).position
     axes.plot(1e3 * both[:, 2], 1e3 * both[:, 0], "k", label="opposed, 20 N each")
     axes.set(xlabel="z (mm)", ylabel="x (mm)", aspect=1.0)
-    axes.legend(loc="upper left")
+    axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.05))
 
 
 # ---- friction: up, down and up again
@@ -160,25 +160,33 @@ def draw_hysteresis() -> None:
 
     figure = plt.figure(figsize=(7.5, 3.8), layout="constrained")
     loop, along = figure.subplots(1, 2)
-    up, down = np.linspace(0.02, 0.7, 18), np.linspace(0.7, 0.1, 25)[1:]
-    again = np.linspace(0.1, 0.7, 25)[1:]
-    tensions = tuple(np.concatenate([up, down, again]).tolist())
-    rest = solve(prototype(), 0.0).tip
+    exact = rubbed_in_turn(MU, CYCLE)
+    top, bottom = (1e3 * exact[CYCLE.index(tau)].displacement() for tau in (max(CYCLE), min(CYCLE)))
+    ways = (0.0, top), (top, bottom), (bottom, top)
+    lengths = np.concatenate([[0.0], *(np.linspace(a, b, 26)[1:] for a, b in ways)])
     for mu, colour in ((0.0, "0.6"), (0.1, "tab:blue"), (0.2, "tab:orange")):
-        tips = np.array([shape.tip for shape in pulled_in_turn(mu, tensions)])
-        loop.plot(tensions, 1e3 * np.linalg.norm(tips - rest, axis=1), color=colour, label=f"μ = {mu:g}")
-    moved = [1e3 * np.linalg.norm(each.tip - rest) for each in rubbed_in_turn(MU, CYCLE)]
-    loop.plot(CYCLE, moved, "k+", label="oracle")
-    loop.set(xlabel="tension at the exit (N)", ylabel="displacement of the tip (mm)", xlim=(0, None), ylim=(0, None))
+        loop.plot(lengths, pulled_by_length(mu, tuple((1e-3 * lengths).tolist())), color=colour, label=f"μ = {mu:g}")
+    loop.plot([1e3 * each.displacement() for each in exact], CYCLE, "k+", label="exact, μ = 0.1")
+    loop.set(xlabel="pulled length (mm)", ylabel="tension at the exit (N)", xlim=(0, None), ylim=(0, None))
     loop.legend(loc="upper left")
     s = np.linspace(0.0, load_robot("exonav-1").length_na, 201)
-    for k, text in ((1, "pulled to 0.70 N"), (2, "back to 0.62 N"), (3, "back to 0.40 N")):
-        profile, shape = rubbed_in_turn(MU, CYCLE)[k], pulled_in_turn(MU, CYCLE)[k]
-        (line,) = along.plot(1e3 * s, tension_along(shape, s), label=text)
+    styles = (("pulled to 0.70 N", 4.0, "0.8"), ("back to 0.62 N", 1.5, "tab:blue"), ("back to 0.40 N", 1.5, "tab:red"))
+    for k, (text, width, colour) in enumerate(styles, start=1):
+        along.plot(1e3 * s, tension_along(pulled_in_turn(MU, CYCLE)[k], s), color=colour, linewidth=width, label=text)
         marks = s[5::15]
-        along.plot(1e3 * marks, [profile.tau(each) for each in marks], "+", color="k" if k else line.get_color())
-    along.set(xlabel="s (mm)", ylabel="tension (N)", ylim=(0.35, 0.72))
+        along.plot(1e3 * marks, [exact[k].tau(each) for each in marks], "k+")
+    along.set(xlabel="s (mm)", ylabel="tension along the tendon (N)", ylim=(0.26, 0.72), title="μ = 0.1")
     along.legend(loc="lower left")
+
+
+@cache
+def pulled_by_length(mu: float, lengths: tuple[float, ...]) -> list[float]:
+    """Tension (N) of ExoNav 1 after each of these pulled lengths (m) in a row."""
+    robot, shape, found = prototype(friction=mu), None, []
+    for length in lengths:
+        shape = solve(robot, displacements=length, history=shape)
+        found.append(float(shape.tensions[0]))
+    return found
 
 
 def tension_along(shape: Shape, s: np.ndarray) -> np.ndarray:
@@ -236,7 +244,7 @@ def draw_arm() -> None:
     place.plot(1e3 * tensions, 1e3 * free, color="tab:blue")
     marks = threshold * np.array([0.05, 0.25, 0.5, 0.75, 0.95])
     oracle = [acting.free_arm(acting.rod_of(prototype()), tau, centre, reach) for tau in marks]
-    bend.plot(1e3 * marks, [each.state.u[1] for each in oracle], "k+", label="least energy")
+    bend.plot(1e3 * marks, [each.state.u[1] for each in oracle], "k+", label="least energy, exact")
     place.plot(1e3 * marks, [1e3 * each.r[0] for each in oracle], "k+")
     place.axhline(1e3 * centre, color="0.8", linewidth=0.8)
     place.annotate("tube's axis", (100, 1e3 * centre), ha="right", va="bottom", color="0.4")

@@ -1,7 +1,7 @@
 """Loads at and between any places of the robot: `PointLoad`, `LumpedMass`, `DistributedLoad`. SI units.
 
 Places are material coordinates s_m (m): 0 at the robot's base, L_na at its tip. What lies inside the outer tube has no
-effect. ``frame`` is "world" for dead loads, fixed in direction, or "body" for follower loads, which turn with the section.
+effect; what stands at a joint between segments acts on the section before it. ``frame`` is "world" for dead loads, fixed in direction, or "body" for follower loads, which turn with the section.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 Three = Sequence[float] | np.ndarray
 ZERO = (0.0, 0.0, 0.0)
+SAME_PLACE = 1e-9  # of the length; a load at a joint acts on the section before it
 FRAMES = ("world", "body")
 
 
@@ -103,7 +104,7 @@ def load_tables(robot: Robot, loads: Iterable[Load], gravity: Three) -> tuple[np
             spread.append([load.start, end, *load.force, *last[0], *load.moment, *last[1], load.frame == "body"])
         elif isinstance(load, (PointLoad, LumpedMass)):
             at = length if load.at is None else _within(f"{field}.at", load.at, length)
-            x, y = robot.axis_offset(np.array([at]))[0]
+            x, y = robot.axis_offset(np.array([max(0.0, at - SAME_PLACE * length)]))[0]
             offset = load.offset[0] + x, load.offset[1] + y, load.offset[2]
             if isinstance(load, LumpedMass):
                 points.append([at, *(load.mass * float(g) for g in gravity), *ZERO, *offset, 0.0, load.mass])

@@ -145,6 +145,23 @@ class Robot:
         return np.array([tendon.free_length for tendon in self.tendons])
 
     @cached_property
+    def tendon_lengths(self) -> np.ndarray:
+        """(n_tendons,) length (m) of each tendon's path from the base to its anchor in the straight, unloaded robot."""
+        x, weights = np.polynomial.legendre.leggauss(10)
+        found = np.zeros(self.n_tendons)
+        for i, rows in enumerate(self._tendon_rows):
+            marks = np.unique(np.concatenate([rows[:, 1:3].ravel(), self.breaks[self.breaks < self.tendon_ends[i]]]))
+            pieces = np.maximum(1, np.ceil(np.abs(rows[:, 14]).max() * np.diff(marks))).astype(int)
+            cuts = [np.linspace(a, b, n + 1) for a, b, n in zip(marks[:-1], marks[1:], pieces, strict=True)]
+            for cut in cuts:
+                half = 0.5 * np.diff(cut)
+                s = (0.5 * (cut[:-1] + cut[1:])[:, None] + half[:, None] * x).ravel()
+                values, r = self.section_values(s), self.tendon_position(i, s)
+                q = values[:, 6:9] + np.cross(values[:, 9:12], r) + self.tendon_slope(i, s)
+                found[i] += (half[:, None] * weights).ravel() @ np.linalg.norm(q, axis=1)
+        return found
+
+    @cached_property
     def tendon_ends(self) -> np.ndarray:
         """(n_tendons,) material coordinates (m) of the anchors."""
         return np.array([rows[-1, 2] for rows in self._tendon_rows])

@@ -20,8 +20,13 @@ def _shifted(digits: int):
 
 
 _TO_SI = {
-    **{"mm": _shifted(-3), "mm2": _shifted(-6), "mm4": _shifted(-12), "g": _shifted(-3)},
-    **{"gpa": _shifted(9), "deg": radians, "n": float},
+    "mm": _shifted(-3),
+    "mm2": _shifted(-6),
+    "mm4": _shifted(-12),
+    "g": _shifted(-3),
+    "gpa": _shifted(9),
+    "deg": radians,
+    "n": float,
 }
 SHAPE = (
     "a robot: name, then [tube], [notches] and [material], or [rod] or [tapered_rod] and [material], or [[segments]]; "

@@ -57,8 +57,8 @@ class DistributedTable(Table):
 class ExitTable(Table):
     position_mm: Three = ZERO
     rotation_deg: Three = ZERO
-    tilt_deg: Two = [0.0, 0.0]
-    offset_mm: Two = [0.0, 0.0]
+    tilt_deg: Two = Field(default=[0.0, 0.0])
+    offset_mm: Two = Field(default=[0.0, 0.0])
 
 
 class PlaneTable(Table):
@@ -83,10 +83,10 @@ class CenterTable(Table):
 class SceneTable(Table):
     tolerance_mm: Number | None = None
     exit: ExitTable | None = None
-    point: list[PointTable] = []
-    mass: list[MassTable] = []
-    distributed: list[DistributedTable] = []
-    surface: list[dict[str, Any]] = []
+    point: list[PointTable] = Field(default=[])
+    mass: list[MassTable] = Field(default=[])
+    distributed: list[DistributedTable] = Field(default=[])
+    surface: list[dict[str, Any]] = Field(default=[])
 
 
 LOADS = {"point": PointLoad, "mass": LumpedMass, "distributed": DistributedLoad}
@@ -144,7 +144,7 @@ class Scene:
 
 
 def read_scene(source: str | PathLike[str], field: str = "scene") -> Scene:
-    """The scene on file. Raises `InvalidInput` with one line that names the file, the key, the value and what is allowed.
+    """The scene on file. Raises `InvalidInput` that names the file, the key, the value and what is allowed.
 
     field: what the file is called in the error of one that cannot be read.
     """

@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 from typer.core import TyperCommand
 
+from .batch import batch
 from .ftl import ftl
 from .motion import motion
 from .output import say
@@ -35,6 +36,12 @@ COMMANDS = {
     shape: (
         "tendonrod shape exonav-1 --tension 0.7 --gravity -9.81,0,0",
         "tendonrod shape four-tendons.toml --tension 15 --tension 0 --tension 0 --tension 0 --json",
+        "tendonrod shape exonav-1 --displacement 2.5 --jacobian displacements,insertion,tip_force",
+        "tendonrod shape exonav-1 --tension 0.7 --gravity -9.81,0,0 --scene cord.toml --figure cord.png",
+    ),
+    batch: (
+        "tendonrod batch exonav-1 table.csv --output results.csv",
+        "tendonrod batch exonav-1 table.csv --output results.csv --scene cord.toml --threads 4 --json",
     ),
     motion: (
         "tendonrod ftl exonav-1 --target 0.7 --gravity -9.81,0,0 --output plan.csv",

@@ -12,6 +12,7 @@ from ..errors import Fact, InvalidInput, finite, nonnegative, one_of
 
 if TYPE_CHECKING:
     from ..robot import Robot
+    from ..scenefile import Scene
 
 RobotName = Annotated[str, typer.Argument(metavar="ROBOT", hidden=True)]  # the help text tells what it is
 Torsion = Annotated[
@@ -20,6 +21,16 @@ Torsion = Annotated[
 ]
 Gravity = Annotated[str, typer.Option(metavar="X,Y,Z", help="Gravity in the world frame, m/s2.")]
 Json = Annotated[bool, typer.Option("--json", help="Print results as JSON, SI units, full precision.")]
+CentroidWeight = Annotated[
+    bool,
+    typer.Option("--centroid-weight", help="Weight acts at the section's centre of mass, not on its neutral axis."),
+]
+SceneFile = Annotated[
+    str | None,
+    typer.Option(
+        metavar="FILE.toml", help="Loads, place of the exit and surfaces, from a file with units in its keys."
+    ),
+]
 Figure = Annotated[str | None, typer.Option(metavar="FILE", help="Draw to a .png, .svg or .pdf file.")]
 
 
@@ -60,6 +71,27 @@ def tensions(robot: Robot, texts: Sequence[str]) -> tuple[float, ...]:
         allowed = f"given once per tendon; {robot.name} has {robot.n_tendons}"
         raise InvalidInput("--tension", Fact(",".join(texts)), allowed)
     return values or (0.0,) * robot.n_tendons
+
+
+def displacements(robot: Robot, text: str | None) -> list[float | None] | None:
+    """Pulled length (m) of each tendon, None for one driven by its tension; None where the option is missing."""
+    if text is None:
+        return None
+    entries = [entry.strip() for entry in text.split(",")]
+    if all(entry in ("", "-") for entry in entries) or len(entries) != robot.n_tendons:
+        form = "a number" if robot.n_tendons == 1 else f"{robot.n_tendons} entries with commas between them"
+        allowed = f"{form}, mm, nothing or - for a tendon driven by its tension"
+        if robot.n_tendons == 0:
+            allowed = f"left out: {robot.name} has no tendons"
+        raise InvalidInput("--displacement", _typed(text), allowed)
+    return [None if entry in ("", "-") else 1e-3 * number("--displacement", entry) for entry in entries]
+
+
+def chosen_scene(path: str | None) -> Scene:
+    """The scene on file, an empty one where the option is missing."""
+    from ..scenefile import Scene, read_scene
+
+    return Scene(name="") if path is None else read_scene(path, "--scene")
 
 
 def chosen_robot(source: str, torsion: str | None = None) -> Robot:

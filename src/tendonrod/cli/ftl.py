@@ -10,7 +10,7 @@ import typer
 from ..errors import Fact, InvalidInput, nonnegative, one_of, positive
 from . import output
 from .arguments import Figure, Gravity, Json, RobotName, Torsion, chosen_robot, number, vector, whole
-from .shape import listed
+from .shape_page import listed
 
 if TYPE_CHECKING:
     from ..motion.plan import Plan

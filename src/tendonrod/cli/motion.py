@@ -12,7 +12,9 @@ from ..errors import Fact, InvalidInput
 from . import output
 from .arguments import Figure, Gravity, Json, Torsion, chosen_robot, vector, whole
 from .motion_file import read_commands
-from .shape import BODY_UNITS, MOST_SAMPLES, as_dict, listed
+from .shape import MOST_SAMPLES
+from .shape_data import BODY_UNITS, as_dict
+from .shape_page import listed
 from .table_file import tension_columns
 
 if TYPE_CHECKING:

@@ -10,6 +10,7 @@ import numpy as np
 from ..errors import InvalidInput
 from ..statics.shape import Shape
 from .style import BLUE, COLOURS, GREEN, MM, ORANGE, QUIET, draw, labelled, new_figure, space, styled, titled
+from .surroundings import Surroundings, draw_in_space, draw_in_view, legend_handles, surroundings
 from .views import ABOVE, SIDE, TIP
 
 if TYPE_CHECKING:
@@ -24,15 +25,18 @@ _VIEWS = {"b": SIDE, "c": ABOVE, "d": TIP}
 def shape_figure(shape_or_shapes: Shape | Sequence[Shape], labels: Sequence[str] | None = None) -> Figure:
     """Figure of one `Shape` or several: in space with tendons and section frames, three projections, strains u along s.
 
+    Surfaces near the body, contact forces, point loads and masses are drawn too, arrows to one scale for each kind.
+
     labels: one text per shape. Raises `InvalidInput` for no shape, one that did not converge, or too few labels.
     """
     given = [shape_or_shapes] if isinstance(shape_or_shapes, Shape) else list(shape_or_shapes)
     names = _checked_labels(given, labels)
     shapes = [fine(shape) for shape in given]
+    around = surroundings(shapes)
     with styled():
         figure = new_figure(7.0)
-        _in_space(figure, shapes, names)
-        _projections(figure, shapes)
+        _in_space(figure, shapes, names, around)
+        _projections(figure, shapes, around)
         _strains(figure, shapes)
     return figure
 
@@ -100,17 +104,19 @@ def _draw_bodies(axes: Axes, shapes: Sequence[Shape], project: Callable[[np.ndar
             draw(axes, project(path), **_style(name, COLOURS[k % len(COLOURS)], len(shapes) == 1))
 
 
-def _in_space(figure: Figure, shapes: Sequence[Shape], names: Sequence[str]) -> None:
+def _in_space(figure: Figure, shapes: Sequence[Shape], names: Sequence[str], around: Surroundings) -> None:
     paths = [path for shape in shapes for _, path in body_paths(shape)]
-    axes = space(figure, (0.0, 0.57, 1.0, 0.36), paths)
+    axes = space(figure, (0.0, 0.57, 1.0, 0.36), [*paths, *around.paths])
     _draw_bodies(axes, shapes, np.asarray)
     if len(shapes) == 1 and shapes[0].s.size > 1:
         _frames(axes, shapes[0], 0.06 * np.ptp(np.concatenate(paths), axis=0).max())
+    draw_in_space(axes, around)
     title = f"(a) {names[0]}: in space" if len(shapes) == 1 else "(a) in space"
     figure.text(0.01, 0.985, title, weight="bold", size=8.5, va="top")
     figure.legend(
-        handles=_legend(shapes, names), loc="upper left", bbox_to_anchor=(0.005, 0.965), handlelength=2.4, ncols=3
-    )
+        handles=[*_legend(shapes, names), *legend_handles(around)],
+        loc="upper left", bbox_to_anchor=(0.005, 0.965), handlelength=2.4, ncols=3,
+    )  # fmt: skip
 
 
 def _frames(axes: Axes, shape: Shape, size: float) -> None:
@@ -132,11 +138,12 @@ def _legend(shapes: Sequence[Shape], names: Sequence[str]) -> list[Any]:
     return handles + [Line2D([], [], color=grey, lw=0.8, label=f"{name} of the section frame") for name, grey in frames]
 
 
-def _projections(figure: Figure, shapes: Sequence[Shape]) -> None:
+def _projections(figure: Figure, shapes: Sequence[Shape], around: Surroundings) -> None:
     places = {"b": (0.085, 0.375, 0.40, 0.165), "c": (0.575, 0.375, 0.40, 0.165), "d": (0.085, 0.065, 0.25, 0.22)}
     for letter, view in _VIEWS.items():
         axes = view.prepare(figure.add_axes(places[letter]))
         _draw_bodies(axes, shapes, view.project)
+        draw_in_view(axes, around, view.project)
         axes.set_aspect("equal", adjustable="datalim")
         titled(axes, letter, view.title)
 

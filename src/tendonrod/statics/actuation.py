@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from .problem import RodProblem
+    from .problem import History, RodProblem
     from .trial import Trial
 
 MIDDLE = 3**0.5 / 6  # offset of the Gauss nodes from the middle of a step, in steps
@@ -30,12 +30,17 @@ class Strands:
         self.q, self.pull = np.empty((2 * trial.n, T, 3)), np.empty((2 * trial.n, T, 6))
         self.along(trial, np.ascontiguousarray(trial.station[:, 6:12]))
         self.rest = np.linalg.norm(self.q, axis=2)  # |q| of the straight robot
-        retracted = np.minimum(problem.s_exit, robot.tendon_ends) * self.rest[0]
         self.compliance = robot.tendon_compliance
-        self.outside = robot.free_lengths + retracted
+        self.outside = robot.free_lengths + robot.tendon_lengths - trial.weights @ self.rest  # the part not exposed
         self.rubs = bool((robot.friction > 0.0).any())
         self.driven = np.flatnonzero(~np.isnan(problem.pulled))
-        self.slopes = _differences(problem, trial) if self.rubs else None
+        self.slopes = self.held = None
+        if self.rubs:
+            s, marks = trial.stages, np.sort(np.concatenate([problem.robot.breaks - problem.s_exit, trial.kinks]))
+            part = np.searchsorted(marks, s)
+            self.slopes = _cubics(s, part, s, part, 1)
+            if problem.request.history is not None:
+                self.held = _remembered(problem.request.history, s + problem.s_exit)
 
     def along(self, trial: Trial, x: np.ndarray) -> None:
         """q = u x r + r' + v and the pull (t, r x t) of every tendon for strains x (2n, 6)."""
@@ -64,9 +69,8 @@ class Strands:
     def field(self, trial: Trial) -> np.ndarray:
         """(2n, T) tensions at the stages that friction leaves of those at the exit, N."""
         self.along(trial, trial.x)
-        rubbed = self.problem.robot.friction * self.turn(trial)
-        low, high = trial.tensions * np.exp(-rubbed), trial.tensions * np.exp(rubbed)
-        return low if self.problem.request.history is None else np.clip(self._held(trial), low, high)
+        low, high = self._bounds(trial)
+        return low if self.held is None else np.clip(self._held(trial), low, high)
 
     def update(self, trial: Trial) -> float:
         """Correct the tensions of a balanced trial; returns by how much tendons still move because of it, m."""
@@ -113,26 +117,47 @@ class Strands:
                 active.remove(i)
         return tensions
 
+    def kinks(self, trial: Trial) -> np.ndarray:
+        """Arc lengths where slip meets stick, m: there the tension's slope jumps."""
+        found, s = [], trial.stages
+        low, high = self._bounds(trial)
+        for away in (self._held(trial) - low, high - self._held(trial)) if self.held is not None else ():
+            for each in away.T:
+                j = np.flatnonzero((each[:-1] < 0.0) != (each[1:] < 0.0))
+                found.append(s[j] + (s[j + 1] - s[j]) * each[j] / (each[j] - each[j + 1]))
+        return np.unique(np.concatenate(found)) if found else np.zeros(0)
+
+    def _bounds(self, trial: Trial) -> tuple[np.ndarray, np.ndarray]:
+        """(2n, T) tensions at the stages with all the tendon slipping in, and slipping out."""
+        rubbed = self.problem.robot.friction * self.turn(trial)
+        return trial.tensions * np.exp(-rubbed), trial.tensions * np.exp(rubbed)
+
     def _held(self, trial: Trial) -> np.ndarray:
-        """(2n, T) tensions before, at the stages; beyond what was exposed then, those nearest to it."""
-        s_m, tau = self.problem.request.history  # pyright: ignore[reportGeneralTypeIssues]
-        at = trial.stages + self.problem.s_exit
-        return np.stack([np.interp(at, s_m, tau[:, i]) for i in range(trial.n_tendons)], axis=1)
+        """(2n, T) tensions before, at the stages."""
+        index, weight = self.held  # pyright: ignore[reportGeneralTypeIssues] - set where there is a history
+        return np.einsum("jk,jkt->jt", weight, self.problem.request.history.tau[index])  # pyright: ignore
 
 
-def _differences(problem: RodProblem, trial: Trial) -> tuple[np.ndarray, np.ndarray]:
-    """(2n, 4) stages and weights of the derivative along s, by cubics that do not reach across a break."""
-    s, index, weight = trial.stages, np.zeros((2 * trial.n, 4), dtype=int), np.zeros((2 * trial.n, 4))
-    marks = np.unique(np.concatenate([[0.0], problem.robot.breaks - problem.s_exit, [problem.length]]))
-    part = np.searchsorted(marks, s)
-    for j in range(len(s)):
-        near = np.flatnonzero(part == part[j])
-        first = min(max(j - 1, near[0]), max(near[0], near[-1] - 3))
-        chosen = np.arange(first, min(first + 4, near[-1] + 1))
-        index[j, : len(chosen)] = chosen
-        scale = max(abs(s[chosen] - s[j]).max(), 1e-300)
-        powers = ((s[chosen] - s[j]) / scale)[None] ** np.arange(len(chosen))[:, None]
-        target = np.zeros(len(chosen))
-        target[1:2] = 1.0 / scale
-        weight[j, : len(chosen)] = np.linalg.solve(powers, target)
-    return index, weight
+def _remembered(history: History, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Places in a history, and their weights, that give its tensions at material coordinates ``at``."""
+    if history.s_m.size == 1:
+        return np.zeros((at.size, 1), dtype=int), np.ones((at.size, 1))
+    beyond = (0.5 / MIDDLE - 1.0) / 2.0  # of the spacing of the outer stages: how far the rod reaches beyond them
+    first, last = history.s_m[:2], history.s_m[-2:]
+    inside = np.clip(at, first[0] - beyond * (first[1] - first[0]), last[1] + beyond * (last[1] - last[0]))
+    return _cubics(history.s_m, np.searchsorted(history.kinks, history.s_m), inside,
+                   np.searchsorted(history.kinks, inside), 0)  # fmt: skip
+
+
+def _cubics(s, part, at, part_at, order: int) -> tuple[np.ndarray, np.ndarray]:
+    """(k, 4) places in s and weights for a value (order 0) or slope (1) at ``at``, by cubics that stay in one part."""
+    first = np.searchsorted(part, part_at, side="left")
+    last = np.searchsorted(part, part_at, side="right") - 4
+    index = np.clip(np.searchsorted(s, at) - 2, first, np.maximum(first, last))[:, None] + np.arange(4)
+    index = np.minimum(index, len(s) - 1)
+    apart = s[index] - at[:, None]
+    scale = np.abs(apart).max(axis=1)
+    powers = (apart / scale[:, None])[:, None, :] ** np.arange(4)[:, None]
+    wanted = np.zeros((at.size, 4, 1))
+    wanted[:, order] = 1.0
+    return index, np.linalg.solve(powers, wanted)[..., 0] / scale[:, None] ** order

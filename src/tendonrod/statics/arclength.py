@@ -102,6 +102,16 @@ class Linear:
         return float((trial.weights[:, None] * trial.strands.pull[:, i] * strain).sum())  # pyright: ignore
 
 
+def carried_over(solution: Solution | NewtonSolution, problem: RodProblem, n: int) -> Trial:
+    """A solution's strains, and tensions of tendons pulled by length, on an even grid of about ``n`` steps."""
+    trial = Trial(problem, problem.grid(n))
+    trial.begin(getattr(solution, "trial", solution))
+    if trial.strands is not None:
+        trial.tensions[trial.strands.driven] = solution.tensions[trial.strands.driven]
+        trial.place()
+    return trial
+
+
 def softest(solution: Solution | NewtonSolution) -> float:
     """`Linear.softest` of a solution; the tendons that are pulled by length answer."""
     trial = Trial(problem_of(solution), solution.grid.copy())
@@ -238,9 +248,8 @@ class Curve:
         way, ds = Way([Place(first)], "as many points as allowed"), 0.5 * largest
         while way.count < most:
             p = way.places[-1].point
-            q = self.at(p, ds)
-            angle = np.arccos(min(1.0, self.dot(p.tangent, q.tangent))) if q is not None else inf
-            if q is None or angle > LARGEST_ANGLE:
+            q, angle = self._next(p, ds)
+            if q is None:
                 ds *= 0.5
                 if ds < LEAST_STEP:
                     way.ended = "no neighbouring equilibrium was found"
@@ -262,22 +271,28 @@ class Curve:
         x = self.first.x
         return self.corrected(State(x, self.first.tensions, t), towards=State(0.0 * x, 0.0 * self.first.tensions, sense))
 
-    def fold(self, t: float, largest: float, most: int) -> Point | None:
-        """The first fold from the trial's ``t`` on towards larger t, None if there is none in the interval."""
-        p, ds = self.begin(t, 1.0), 0.1 * largest
+    def ahead(self, t: float, largest: float, most: int) -> Place | None:
+        """The first fold from the trial's ``t`` on towards larger t, or the end of the interval; None if neither is found."""
+        p, ds = self.begin(t, 1.0), 0.5 * largest
         for _ in range(most if p is not None else 0):
-            q = self.at(p, ds)
-            if q is None or self.dot(p.tangent, q.tangent) < np.cos(LARGEST_ANGLE):
+            q, bent = self._next(p, ds)
+            if q is None:
                 ds *= 0.5
                 if ds < LEAST_STEP:
                     return None
                 continue
             if q.tangent.t < 0.0:
-                return self._turn(p, ds)[0]
-            if q.t > self.high:
-                return None
-            p, ds = q, min(largest, 1.5 * ds)
+                return Place(self._turn(p, ds)[0], "fold")
+            if q.t >= self.high:
+                return Place(self._edge(p, q, ds)[0])
+            p, ds = q, min(largest, 1.5 * ds) if bent < SMALL_ANGLE else ds
         return None
+
+    def _next(self, p: Point, ds: float) -> tuple[Point | None, float]:
+        """(point at the distance ``ds``, None if the branch is lost or bends too much on the way, angle it bends by)."""
+        q = self.at(p, ds)
+        angle = inf if q is None else float(np.arccos(min(1.0, self.dot(p.tangent, q.tangent))))
+        return (q if angle <= LARGEST_ANGLE else None), angle
 
     def _edge(self, p: Point, q: Point, ds: float) -> tuple[Point, float]:
         """(point at the end of the interval that lies between ``p`` and ``q``, its distance from p)."""

@@ -10,13 +10,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import Fact, InvalidInput, finite, nonnegative, positive, vector, whole
-from .arclength import Curve, Family, Point, Way
+from .arclength import Curve, Family, Point, Way, carried_over
 from .derivatives import LINEAR, _columns, change
 from .newton import NewtonSolution
 from .problem import Request, RodProblem, problem_of, rod_problem
 from .shape import Shape, Status
 from .solution import CONVERGED, MOST_STEPS
-from .trial import Trial
 
 if TYPE_CHECKING:
     from ..robot import Robot
@@ -144,9 +143,7 @@ def follow_branch(
         family = _given(asked, parameter, t, DIFFERENCE * (high - low))
     else:
         raise InvalidInput("parameter", parameter, "the name of an input or a function of one number")
-    trial = Trial(family.problem(t), family.problem(t).grid(n))
-    solution = start._solution
-    trial.begin(solution.trial if isinstance(solution, NewtonSolution) else solution)
+    trial = carried_over(start._solution, family.problem(t), n)
     curve = Curve(family, trial, low, high)
     way = curve.follow(t, sense, largest, most, progress or _silent)
     if not way.places:

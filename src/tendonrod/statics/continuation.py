@@ -7,8 +7,12 @@ from typing import TypeVar
 
 import numpy as np
 
+from .arclength import Curve, by_difference, carried_over
 from .newton import NewtonSolution
+from .problem import RodProblem, problem_of
 from .solution import CONVERGED, LOCAL_FAILED, STALLED, Solution
+
+NO_EQUILIBRIUM_ON_BRANCH = 4  # beside the kernel's codes: the way ends at a fold
 
 S = TypeVar("S", Solution, NewtonSolution)
 
@@ -16,23 +20,59 @@ STEPS = 32  # of the integrator, while under way
 FARTHEST = 0.05  # of the length: motion of the body in one step above which the step is halved, lest a branch be jumped
 ENOUGH = 1.0 / 16384  # step of the load factor below which a loss of stability is taken for the branch's own
 SMALLEST = 1.0 / 65536  # step of the load factor at which the way counts as closed
+FINE_STEPS = 80  # of the integrator, from where a way closed: they place a fold to 1e-8
+SLIGHT = 1e-6  # change of the load factor in central differences
+CURVE_STEP, CURVE_POINTS = 0.08, 60  # along the branch, from where a way closed
 # Ways from (load, tension) = (0, .) to (1, 1); the first starts from the tendons alone, where the answer is known.
 WAYS = (((0.0, 1.0), (1.0, 1.0)), ((0.0, 0.0), (1.0, 1.0)), ((0.0, 0.0), (1.0, 0.0), (1.0, 1.0)))
 
 
-def follow_load(target: S) -> tuple[S, float]:
-    """(solution of ``target``'s problem, 1), or where no way leads there, (``target`` as failed, load factor)."""
+def follow_load(target: S) -> tuple[S | NewtonSolution, float]:
+    """(solution of ``target``'s problem, 1), or where no way leads there, (``target`` as failed, load factor).
+
+    Code and factor are then those of the first way: the critical load factor where that ends at a fold.
+    """
     ways = WAYS if target.loaded and target.tensions.any() else WAYS[1:2]  # else all are the same
-    farthest = []
+    codes, factors = [], []
     for way in ways:
         last, reached = _walk(target, way)
         if last is not None and reached == 1.0:
             arrived = _arrive(target, last)
             if arrived is not None:
                 return arrived, 1.0
-        farthest.append(min(reached, 1.0 - SMALLEST))
-        target.code = LOCAL_FAILED if last is None else STALLED
-    return target, farthest[0]
+        code, factor = LOCAL_FAILED if last is None else STALLED, min(reached, 1.0 - SMALLEST)
+        if last is not None and reached < 1.0 and len(way) == 2:
+            beyond = _beyond(target, way, last, reached)
+            if isinstance(beyond, NewtonSolution):
+                return beyond, 1.0
+            code, factor = (code, factor) if beyond is None else (NO_EQUILIBRIUM_ON_BRANCH, beyond)
+        codes.append(code)
+        factors.append(factor)
+    target.code = NO_EQUILIBRIUM_ON_BRANCH if codes[0] == NO_EQUILIBRIUM_ON_BRANCH else codes[-1]
+    return target, factors[0]
+
+
+def _beyond(target: S, way, last: S, reached: float) -> NewtonSolution | float | None:
+    """What pseudo-arclength continuation finds where a way in one leg closed.
+
+    The full load's solution, where the branch goes on; the load factor of the fold, where it ends; else None.
+    """
+    asked = problem_of(target)
+    if asked.request.surface is not None or asked.robot.friction.any():
+        return None
+    (load0, tension0), (load1, tension1) = way
+
+    def at(t: float) -> RodProblem:
+        return asked.scaled(load0 + t * (load1 - load0), tension0 + t * (tension1 - tension0), 0)
+
+    trial = carried_over(last, at(reached), max(FINE_STEPS, asked.steps))
+    curve = Curve(by_difference(at, SLIGHT), trial, 0.0, 1.0)
+    end = curve.ahead(reached, CURVE_STEP, CURVE_POINTS)
+    if end is None or end.kind == "fold":
+        return None if end is None else end.point.t
+    near, arrived = NewtonSolution(at(1.0)), NewtonSolution(asked)
+    near.trial = curve.trial(end.point)
+    return arrived if arrived.run(near) == CONVERGED else None
 
 
 def _arrive(target: S, last: S) -> S | None:

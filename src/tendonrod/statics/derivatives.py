@@ -92,7 +92,7 @@ class _Answers:
 
     def __init__(self, shape: Shape, s: np.ndarray) -> None:
         solution = shape._solution
-        self.trial = trial = Trial(problem_of(solution), solution.grid.copy())
+        self.trial = trial = Trial(problem_of(solution), solution.grid.copy(), getattr(solution, "kinks", None))
         self.s = s
         trial.take(solution)
         if trial.contact is not None:
@@ -159,7 +159,8 @@ class _Answers:
     def _moved(self, asked: Request) -> Trial:
         """The solution's strains in a changed request."""
         base, problem = self.trial, rod_problem(asked)
-        trial = Trial(problem, base.grid * (problem.length / base.problem.length))
+        stretched = problem.length / base.problem.length
+        trial = Trial(problem, base.grid * stretched, base.kinks * stretched)
         trial.x[:] = base.x
         trial.tensions = base.tensions + asked.tensions - base.problem.request.tensions
         trial.share = base.share

@@ -10,17 +10,18 @@ from math import cos, inf, isfinite, isnan, nan, sin, sqrt
 import numpy as np
 
 from ..errors import InvalidInput, NotConverged, finite, nonnegative, positive, vector, whole, within
-from ..loads import Load
+from ..loads import DistributedLoad, Load, LumpedMass, PointLoad, load_tables
 from ..robot import Robot, as_robot
 from ..surface import Surface, as_surface
-from .continuation import follow_load
+from .continuation import NO_EQUILIBRIUM_ON_BRANCH, follow_load
 from .newton import NewtonSolution
-from .problem import STRAIGHT, ZERO, exit_frame, request, rod_problem
+from .problem import History, STRAIGHT, ZERO, exit_frame, request, rod_problem
 from .shape import Shape, Status, arc_lengths
 from .solution import CONVERGED, MOST_STEPS, RETRACTED, TOO_SMALL, Solution
 
 Vector = Sequence[float] | np.ndarray
 _OUTCOME = {0: Status.CONVERGED, 1: Status.LOCAL_FAILED, 2: Status.STALLED, 3: Status.TOO_FINE}
+_OUTCOME[NO_EQUILIBRIUM_ON_BRANCH] = Status.NO_EQUILIBRIUM_ON_BRANCH
 
 
 def solve(
@@ -143,6 +144,11 @@ def prepare(
     driven = [] if pulled is None else [i for i, length in enumerate(pulled.tolist()) if not isnan(length)]
     plain = robot.is_uniform and len(driven) < 2 and surface is None and not robot.friction.any()
     length, s_exit = eta * robot.length_na, (1.0 - eta) * robot.length_na
+    loads = _checked(loads, centroid_weight, history)
+    if length < RETRACTED:
+        load_tables(robot, loads, g)  # for its complaints
+    if length < RETRACTED and driven:
+        table[:, 6] = _stretched(robot, table[:, 6], pulled)
     if length < RETRACTED or (plain and not len(loads) and not centroid_weight):
         weight, frame = robot.section.line_density, exit_frame(robot, s_exit, *place)
         problem = np.array([
@@ -155,7 +161,7 @@ def prepare(
         rod_problem(
             request(
                 asked, tensions=table[:, 6].copy(), pulled=np.full(len(table), nan) if pulled is None else pulled,
-                loads=tuple(loads), centroid_weight=bool(centroid_weight),
+                loads=loads, centroid_weight=bool(centroid_weight),
                 history=None if history is None else _tensions_before(robot, history),
                 surface=None if surface is None else as_surface(surface),
                 contact_tolerance=positive("contact_tolerance", contact_tolerance), accuracy=accuracy, steps=steps,
@@ -216,22 +222,53 @@ def _pull(robot: Robot, i: int, pulled: float, length: float, s_exit: float) -> 
     size = sqrt(q @ q)
     t = q / size
     soft = float(t @ (t / k[:3])) + t[2] ** 2 * (y * y / k[3] + x * x / k[4]) + (x * t[1] - y * t[0]) ** 2 / k[5]
-    stretch = robot.tendon_compliance[i] * (robot.free_lengths[i] + size * end)
+    stretch = robot.tendon_compliance[i] * (robot.free_lengths[i] + robot.tendon_lengths[i])
     return np.array([i, pulled, stretch, soft * max(0.0, min(length, end - s_exit))])
 
 
-def _tensions_before(robot: Robot, history: Shape) -> tuple[np.ndarray, np.ndarray]:
+def _stretched(robot: Robot, tensions: np.ndarray, pulled: np.ndarray) -> np.ndarray:
+    """(n_tendons,) tensions where nothing is exposed: pulled lengths only stretch the tendons."""
+    found = tensions.copy()
+    for i, length in enumerate(pulled.tolist()):
+        stretch = robot.tendon_compliance[i] * (robot.free_lengths[i] + robot.tendon_lengths[i])
+        if length > 0.0 and stretch == 0.0:
+            raise InvalidInput(f"displacements[{i}]", length, "<= 0 where nothing is exposed and the tendon has no stretch")
+        if not isnan(length):
+            found[i] = max(0.0, length / stretch) if stretch else 0.0
+    return found
+
+
+def _checked(loads, centroid_weight, history) -> tuple[Load, ...]:
+    """The loads as a tuple; `InvalidInput` for what is not of its kind."""
+    if loads != ():
+        if not isinstance(loads, (list, tuple)):
+            raise InvalidInput("loads", loads, "a list of PointLoad, LumpedMass and DistributedLoad")
+        for i, load in enumerate(loads):
+            if not isinstance(load, (PointLoad, LumpedMass, DistributedLoad)):
+                raise InvalidInput(f"loads[{i}]", load, "a PointLoad, a LumpedMass or a DistributedLoad")
+    if not isinstance(centroid_weight, bool):
+        raise InvalidInput("centroid_weight", centroid_weight, "True or False")
+    if history is not None and not isinstance(history, Shape):
+        raise InvalidInput("history", history, "a solved Shape of this robot")
+    return tuple(loads)
+
+
+def _tensions_before(robot: Robot, history: Shape) -> History:
     if not (isinstance(history, Shape) and history.converged and history.robot.n_tendons == robot.n_tendons):
         raise InvalidInput("history", history, "a solved Shape of this robot")
     solution = history._solution
     if isinstance(solution, Solution):
-        return np.array([solution.s_exit]), solution.tensions[None].copy()
+        return History(s_m=np.array([solution.s_exit]), tau=solution.tensions[None].copy(), kinks=np.zeros(0))
     trial = solution.trial
-    return trial.stages + solution.s_exit, trial.share * trial.tensions
+    s_m = trial.stages + solution.s_exit
+    return History(s_m=s_m, tau=trial.share * trial.tensions, kinks=trial.kinks + solution.s_exit)
 
 
 def _pose(field: str, value) -> np.ndarray:
-    T = np.asarray(value, dtype=float)
+    try:
+        T = np.array(value, dtype=float)
+    except (TypeError, ValueError):
+        T = np.empty(0)
     if T.shape != (4, 4) or not np.isfinite(T).all():
         raise InvalidInput(field, value, "a (4, 4) array of finite numbers")
     R = T[:3, :3]
@@ -259,4 +296,6 @@ def _solved(solution: Solution | NewtonSolution, start: Shape | None) -> tuple[S
 
 def _failure(status: Status, reached: float, residual: float) -> NotConverged:
     what, _, advice = status.partition("; ")
+    if status is Status.NO_EQUILIBRIUM_ON_BRANCH:
+        what = f"{what}: critical load factor {reached:.7g} of the load asked for"
     return NotConverged(status=what, load_factor=reached, residual=float(residual), advice=advice)

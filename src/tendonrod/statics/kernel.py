@@ -834,7 +834,7 @@ def haul(rod, tendons, problem, state, J, stats, w, pull):
         if code != CONVERGED:
             return code
         missing = pull[1] - rest + path_left(tendons, i, span, grid, n, x) - pull[2] * tau
-        if abs(missing) < 0.005 * accuracy or (tau == 0.0 and missing <= 0.0):
+        if abs(missing) < 2e-5 * accuracy or (tau == 0.0 and missing <= 0.0):
             return code
         if attempt > 0 and tau != last:
             found = (before - missing) / (tau - last)

@@ -30,26 +30,46 @@ class NewtonSolution:
     def run(self, start: NewtonSolution | Solution | None = None) -> int:
         """Solve, from ``start`` if given. Returns and keeps the kernel's code."""
         p, first = self.problem, FIRST_STEPS if self.problem.request.surface is None else CONTACT_STEPS
-        trial = Trial(p, p.grid(p.steps or (max(first, start.steps // 2) if start else first)))
-        self.trial = trial
-        if start is None:
-            if not trial.rest():
-                return self._ended(LOCAL_FAILED)
-            if p.request.surface is not None:  # most of the way on a coarse grid
-                coarse = Trial(p, p.grid(CONTACT_STEPS // 2))
-                if coarse.rest() and press(coarse, self._goal) > 0:
-                    trial.begin(coarse)
-        else:
+        steps = p.steps or (max(first, start.steps // 2) if start else first)
+        self.trial = trial = self._trial(steps, self._kinks_before)
+        if start is not None:
             trial.begin(start.trial if isinstance(start, NewtonSolution) else start)
-        code = self._driven(trial, start is None)
+        elif not trial.rest():
+            return self._ended(LOCAL_FAILED)
+        elif p.request.surface is not None:  # most of the way on a coarse grid
+            coarse = self._trial(steps // 2 or 1, self._kinks_before)
+            if coarse.rest() and press(coarse, self._goal) > 0:
+                trial.begin(coarse)
+        code = self._kinked(steps, start is None)
         while code == CONVERGED and not p.steps and not self.error <= self._goal:
-            if 2 * trial.n > MOST_STEPS:
+            coarse, steps = self.trial, 2 * steps
+            if 2 * coarse.n > MOST_STEPS:
                 return self._ended(TOO_SMALL)
-            coarse, trial = trial, Trial(p, _halved(trial.grid))
-            trial.begin(coarse)
-            code = self._driven(trial, False)
-            self.trial, self.error = trial, coarse.distance(trial) / (7.0 if p.request.surface is None else 3.0)
+            self.trial = Trial(p, _halved(coarse.grid), coarse.kinks)
+            self.trial.begin(coarse)
+            code = self._kinked(steps, False)
+            self.error = coarse.distance(self.trial) / (7.0 if p.request.surface is None else 3.0)
         return self._ended(code)
+
+    @property
+    def _kinks_before(self) -> np.ndarray:
+        """Arc lengths where the tensions before have their kinks."""
+        history = self.problem.request.history
+        return np.zeros(0) if history is None else history.kinks - self.s_exit
+
+    def _trial(self, steps: int, kinks: np.ndarray) -> Trial:
+        inside = kinks[(kinks > 0.0) & (kinks < self.length)]
+        return Trial(self.problem, self.problem.grid(steps, inside + self.s_exit), inside)
+
+    def _kinked(self, steps: int, cold: bool) -> int:
+        """Balance on a grid with nodes where slip meets stick."""
+        code, trial = self._driven(self.trial, cold), self.trial
+        if code == CONVERGED and trial.strands is not None and trial.strands.held is not None:
+            kinks = np.concatenate([self._kinks_before, trial.strands.kinks(trial)])
+            self.trial = self._trial(steps, np.unique(kinks))
+            self.trial.begin(trial)
+            code = self._driven(self.trial, False)
+        return code
 
     @property
     def _goal(self) -> float:
@@ -107,7 +127,7 @@ class NewtonSolution:
     @property
     def tensions(self) -> np.ndarray:
         """(n_tendons,) at the exit, N."""
-        return self.trial.tensions
+        return self.trial.tensions if hasattr(self, "trial") else self.problem.tensions
 
     @property
     def accuracy(self) -> float:
@@ -128,6 +148,11 @@ class NewtonSolution:
     def grid(self) -> np.ndarray:
         """(steps + 1,) arc lengths of the nodes, m."""
         return self.trial.grid.copy()
+
+    @property
+    def kinks(self) -> np.ndarray:
+        """Arc lengths where tensions bend because slip meets stick, m."""
+        return self.trial.kinks
 
     @property
     def strains(self) -> np.ndarray:

@@ -23,11 +23,19 @@ ZERO, STRAIGHT = (0.0, 0.0, 0.0), (0.0, 0.0)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class History:
+    """Tensions tau (k, T) before, at material coordinates s_m (k,), smooth between ``kinks``, where slip met stick."""
+
+    s_m: np.ndarray
+    tau: np.ndarray
+    kinks: np.ndarray
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Request:
     """Checked arguments of `solve`; there they are described. pose is None for the identity.
 
-    pulled (T,): lengths, NaN where the tension is given. history: tensions before, as (material coordinates (k,),
-    tensions (k, T)), None where all were pulled from slack.
+    pulled (T,): lengths, NaN where the tension is given. history: None where all tendons were pulled from slack.
     """
 
     robot: Robot
@@ -45,7 +53,7 @@ class Request:
     offset: tuple[float, ...] = STRAIGHT
     loads: tuple[Load, ...] = ()
     centroid_weight: bool = False
-    history: tuple[np.ndarray, np.ndarray] | None = None
+    history: History | None = None
     surface: Surface | None = None
     contact_tolerance: float = 1e-5
     accuracy: float = 1e-6
@@ -134,13 +142,14 @@ class RodProblem:
         """The same with a fixed number of steps."""
         return replace(self, steps=steps)
 
-    def grid(self, n: int) -> np.ndarray:
-        """Nodes 0..length in about n even steps, with a node at every break, joint, point load and end of a load."""
-        marks = [self.robot.breaks, self.robot.joints[:, 0], self.points[:, 0], self.spread[:, :2].ravel()]
+    def grid(self, n: int, kinks=()) -> np.ndarray:
+        """Nodes 0..length in about n even steps, with a node at every break, joint, point load, end of a load and kink."""
+        marks = [self.robot.breaks, self.robot.joints[:, 0], self.points[:, 0], self.spread[:, :2].ravel(), kinks]
         at = (np.concatenate(marks) - self.s_exit) / self.length
         at = np.sort(at[(at > SAME_PLACE) & (at < 1.0 - SAME_PLACE)])
         at = np.concatenate([[0.0], at[np.diff(at, prepend=0.0) > SAME_PLACE], [1.0]])
-        counts = np.maximum(1, np.rint(n * np.diff(at)).astype(int))
+        least = 2 if self.robot.friction.any() else 1  # differences along a tendon take four stages
+        counts = np.maximum(least, np.rint(n * np.diff(at)).astype(int))
         parts = [np.linspace(a, b, c, endpoint=False) for a, b, c in zip(at[:-1], at[1:], counts, strict=True)]
         return self.length * np.concatenate([*parts, [1.0]])
 

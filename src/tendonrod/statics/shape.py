@@ -13,7 +13,7 @@ from ..errors import InvalidInput, numbers, whole
 from .contact import Contacts
 from .limits import shape_warnings
 from .newton import NewtonSolution
-from .solution import Solution
+from .solution import RETRACTED, Solution
 
 if TYPE_CHECKING:
     from ..robot import Robot
@@ -29,6 +29,11 @@ class Status(StrEnum):
         "where it may buckle, fold or be pulled straight; "
         "lower the load, or go there in small steps, each started from the last"
     )
+    NO_EQUILIBRIUM_ON_BRANCH = (
+        "the branch that starts at the unloaded robot ends at a fold before the full load, where the robot snaps to "
+        "a distant shape, if there is one; "
+        "stay below the critical load, or follow the branch with tendonrod.statics.branches.follow_branch"
+    )
     LOCAL_FAILED = (
         "the strain of a section could not be balanced, because the tensions crush the rod; "
         "lower the tensions or check the section"
@@ -37,12 +42,23 @@ class Status(StrEnum):
     TOO_FINE = "the accuracy asked for needs more steps than allowed; ask for a larger accuracy"
 
 
+class Stability(StrEnum):
+    """Sign of the energy's second variation at an equilibrium."""
+
+    STABLE = "stable"
+    UNSTABLE = "unstable"
+    AT_A_FOLD = "at a fold"
+
+
+AT_A_FOLD = 1e-5  # `Linear.softest` below which a shape stands at a fold or bifurcation
+
+
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Shape:
     """Configuration of the exposed robot at the arc lengths ``s`` (n,), 0 at the outer tube's exit; SI, world frame.
 
     Made by `tendonrod.solve`. It also holds ``robot``, ``status`` (`Status`) and ``load_factor``, the share of the load
-    that was reached. All arrays are read-only. A shape that did not converge holds NaN.
+    that was reached: the critical one where the branch ends at a fold. All arrays are read-only. A shape that did not converge holds NaN.
     """
 
     robot: Robot
@@ -159,6 +175,22 @@ class Shape:
         None if not solved, and where tip or distributed moments act: fixed in the world they have no potential.
         """
         return self._solution.is_stable() if self.converged else None
+
+    @cached_property
+    def stability(self) -> Stability | None:
+        """Sign of the energy's second variation: "stable", "unstable", or "at a fold" or bifurcation; None as `stable`.
+
+        The sign is that of `stable`. At a fold: the second variation vanishes in some direction if the stiffness of all
+        sections, their tendons included, is changed by less than 1e-5 of itself; for a column, within 1e-5 of Euler's load.
+        """
+        if self.stable is None:
+            return None
+        if self.length > RETRACTED:
+            from .arclength import softest
+
+            if abs(softest(self._solution)) < AT_A_FOLD:
+                return Stability.AT_A_FOLD
+        return Stability.STABLE if self.stable else Stability.UNSTABLE
 
     @cached_property
     def warnings(self) -> tuple[str, ...]:

@@ -33,8 +33,9 @@ class Strained(Protocol):
 class Trial:
     """A rod on one grid: its strains x (2n, 6), and what follows from them; arrays as in `kernel_newton`."""
 
-    def __init__(self, problem: RodProblem, grid: np.ndarray) -> None:
+    def __init__(self, problem: RodProblem, grid: np.ndarray, kinks: np.ndarray | None = None) -> None:
         self.kernel, self.problem, self.grid = compiled_newton(), problem, grid
+        self.kinks = np.zeros(0) if kinks is None else kinks  # arc lengths, nodes of the grid, where tensions bend
         n = self.n = len(grid) - 1
         T = self.n_tendons = problem.robot.n_tendons
         self.station = np.empty((2 * n, self.kernel.TENDON + self.kernel.TENDON_WIDTH * T))
@@ -96,7 +97,8 @@ class Trial:
         if self.contact is not None and isinstance(other, Trial) and other.contact is not None:
             self.contact.begin(other.contact)
         if isinstance(other, Trial) and self.strands is not None:
-            self.tensions, self.share = other.tensions.copy(), other.share_at(self.stages)
+            self.tensions = np.where(np.isnan(self.problem.pulled), self.problem.tensions, other.tensions)
+            self.share = other.share_at(self.stages)
             self.place()
         if len(other.strains) == len(self.x):
             self.x[:] = other.strains
@@ -178,8 +180,10 @@ class Trial:
         return self.kernel.descend(*self._arrays, *self._linear, stiff, self.problem.length, tolerance, most)
 
     def distance(self, finer: Trial) -> float:
-        """Largest distance between the nodes and those of a grid twice as fine."""
-        return float(np.linalg.norm(self.end[:, :3] - finer.end[1::2, :3], axis=1).max())
+        """Largest distance of the nodes from the same places of a finer trial."""
+        same = finer.n == 2 * self.n and np.array_equal(finer.grid[::2], self.grid)
+        there = finer.end[1::2, :3] if same else finer.rows(self.grid[1:])[:, :3] - finer.problem.frame[:3]
+        return float(np.linalg.norm(self.end[:, :3] - there, axis=1).max())
 
     def line_force(self, at: np.ndarray) -> np.ndarray:
         """(n, 3) dead force per metre at arc lengths ``at``, weight included, N/m."""
