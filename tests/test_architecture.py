@@ -17,7 +17,7 @@ FLOORS = [
     {"errors", "files"},
     {"rotation", "curve"},
     {"section", "body", "tendon", "surface"},
-    {"parameters", "robot", "robotfile", "robotfile_tables", "robotfile_words", "loads"},
+    {"parameters", "robot", "robotfile", "robotfile_tables", "robotfile_words", "loads", "scenefile"},
     {"device", "device_solid"},
     {"statics"},
     {"motion"},
@@ -33,7 +33,7 @@ HEAVY = {
     *("numba", "scipy", "pandas", "xarray", "pydantic"),
     *("matplotlib", "typer", "rich", "jinja2", "trimesh", "manifold3d", "ezdxf"),
 }
-EXCEPTIONS = {"cli": {"typer"}, "robotfile": {"pydantic"}, "robotfile_tables": {"pydantic"}}
+EXCEPTIONS = {"cli": {"typer"}, **dict.fromkeys(("robotfile", "robotfile_tables", "scenefile"), {"pydantic"})}
 KERNEL = "statics/kernel"  # and every module whose name starts so: numba
 NOT_IN_KERNEL = {"scipy", "matplotlib", PACKAGE}
 
@@ -103,7 +103,7 @@ def test_heavy_libraries_are_imported_where_used(module: Path):
 
 def test_pydantic_reads_files_and_nothing_else():
     users = {module.as_posix() for module in MODULES if any(n.startswith("pydantic") for n in all_imports(module))}
-    assert users <= {"robotfile.py", "robotfile_tables.py"}
+    assert users <= {"robotfile.py", "robotfile_tables.py", "scenefile.py"}
 
 
 @pytest.mark.parametrize("module", [m for m in MODULES if m.as_posix().startswith(KERNEL)], ids=str)

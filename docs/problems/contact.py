@@ -15,7 +15,7 @@ from . import Row, Table
 LENGTH, RADIUS, GAP, CLEARANCE = 0.1, 0.25e-3, 0.01, 0.002  # m
 FLOOR_LOADS = (5.0, 30.0, 150.0)  # q L^4 / (EI gap)
 WALLS = {1: "upper wall", -1: "lower wall"}
-PRECURVATURES = (4.0, 12.0, 30.0)  # 1/m
+PRECURVATURES = (4.0, 12.0, 20.0)  # 1/m
 
 
 def rod(curvature: float = 0.0) -> Robot:

@@ -152,7 +152,7 @@ def hysteresis() -> Table:
         for i, axis in ((1, "y"), (2, "z")):
             values = 1e3 * exact.tip[i], 1e3 * shape.tip[i]
             rows.append(Row(case=f"{tau:g} N {arrow}", quantity=axis, reference=values[0], computed=values[1]))
-    return Table(rows=tuple(rows), unit="mm", digits=5, within=3e-5)
+    return Table(rows=tuple(rows), unit="mm", digits=6, within=1e-6)
 
 
 def draw_hysteresis() -> None:

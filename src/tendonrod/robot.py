@@ -145,6 +145,11 @@ class Robot:
         return np.array([tendon.free_length for tendon in self.tendons])
 
     @cached_property
+    def axis_table(self) -> np.ndarray:
+        """(m, 2) tube's axis in the section frame (m), by row of `section_table`."""
+        return np.ascontiguousarray(self.axis_offset(0.5 * (self.section_table[:, 0] + self.section_table[:, 1])))
+
+    @cached_property
     def tendon_lengths(self) -> np.ndarray:
         """(n_tendons,) length (m) of each tendon's path from the base to its anchor in the straight, unloaded robot."""
         x, weights = np.polynomial.legendre.leggauss(10)

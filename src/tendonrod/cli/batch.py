@@ -150,7 +150,9 @@ def _interruptible() -> Iterator[threading.Event]:
 
 
 def _counts(found: Found) -> dict[str, int]:
-    return dict(Counter(sorted(found.status, key=("converged", "not_reached").__contains__, reverse=True)))
+    """How many rows ended so, the converged ones first."""
+    counts = Counter(found.status)
+    return {status: counts[status] for status in sorted(counts, key="converged".__ne__)}
 
 
 def _summary(robot: Robot, asked: Asked, found: Found, seconds: float, path: str) -> dict[str, Any]:

@@ -10,15 +10,16 @@ import typer
 
 from ..errors import Fact, InvalidInput
 from . import output
-from .arguments import Figure, Gravity, Json, Torsion, chosen_robot, vector, whole
+from .arguments import Figure, Gravity, Json, SceneFile, Torsion, chosen_robot, chosen_scene, vector, whole
 from .motion_file import read_commands
 from .shape import MOST_SAMPLES
-from .shape_data import BODY_UNITS, as_dict
+from .shape_data import BODY_UNITS, as_dict, scene_dict
 from .shape_page import listed
 from .table_file import tension_columns
 
 if TYPE_CHECKING:
     from ..motion.progression import Motion
+    from ..scenefile import Scene
 
 
 def motion(
@@ -28,6 +29,7 @@ def motion(
     ],
     robot: Annotated[str, typer.Option(metavar="ROBOT", help="Preset, or path of a robot's TOML file.")] = "exonav-1",
     gravity: Gravity = "0,0,0",
+    scene: SceneFile = None,
     samples: Annotated[str, typer.Option(metavar="COUNT", help="Sections per body, evenly spread, 2 or more.")] = "101",
     torsion: Torsion = None,
     json: Json = False,
@@ -50,17 +52,16 @@ def motion(
     sections = output.target("--bodies", bodies, (".csv",))
     picture = output.target("--figure", figure, output.FIGURES)
     _keep_apart({"FILE.csv": file, "--output": output_file, "--bodies": bodies})
-    chosen = chosen_robot(robot, torsion)
+    chosen, around = chosen_robot(robot, torsion), chosen_scene(scene)
     commands = read_commands(file, chosen)
     if commands.ignored:
         output.note(f"{file}: columns left alone: {', '.join(commands.ignored)}")
 
     from ..motion.progression import progress
 
-    with output.progress_bar("solving") as watch:
-        moved = progress(
-            chosen, commands.insertion, commands.rotation, commands.tension, samples=count, watch=watch, gravity=pull
-        )
+    given = commands.insertion, commands.rotation, commands.tension
+    with output.progress_bar("solving") as watch, around.in_words():
+        moved = progress(chosen, *given, samples=count, watch=watch, gravity=pull, **around.arguments)
     if table is not None:
         output.write_table("--output", table, _tip_header(moved), _tip_rows(moved))
     if sections is not None:
@@ -70,7 +71,7 @@ def motion(
 
         output.write_figure("--figure", picture, lambda: motion_figure(moved))
     if json:
-        output.say_json(_as_dict(moved, pull))
+        output.say_json(_as_dict(moved, pull, around))
     else:
         output.say(_page(moved, pull))
     rows = [str(k + 1) for k in range(len(moved.shapes))]
@@ -85,7 +86,7 @@ def _keep_apart(files: dict[str, str | None]) -> None:
             raise InvalidInput(option, Fact(path), f"another file than {first}")
 
 
-_UNITS = {"gravity": "m/s2", "insertion": "1", "rotation": "rad", "tension": "N", "tip": "m"}
+_UNITS = {"gravity": "m/s2", "scene": "SI", "insertion": "1", "rotation": "rad", "tension": "N", "tip": "m"}
 _BODY_HEADER = ["row", "insertion", "s_mm", "x_mm", "y_mm", "z_mm", "axis_x_mm", "axis_y_mm", "axis_z_mm"]
 
 
@@ -108,11 +109,12 @@ def _millimetres(values) -> list[str]:
     return [output.fixed(1e3 * value, 9) for value in values]
 
 
-def _as_dict(moved: Motion, gravity) -> dict:
+def _as_dict(moved: Motion, gravity, scene: Scene) -> dict:
     return {
         "robot": moved.robot.name,
         "torsion": moved.robot.torsion,
         "gravity": list(gravity),
+        "scene": scene_dict(scene),
         **{name: getattr(moved, name).tolist() for name in ("insertion", "rotation", "tension", "tip")},
         "shapes": [as_dict(shape) for shape in moved.shapes],
         "units": {**_UNITS, "shapes": BODY_UNITS},

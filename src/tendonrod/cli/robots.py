@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from ..body import Segments, TaperedRod
+from ..body import Segments, TaperedRod, parts
 from ..errors import Fact, InvalidInput
 from ..section import NotchedTube, PlainRod
 from . import output
@@ -16,6 +16,7 @@ from .arguments import Json, Torsion, chosen_robot
 
 if TYPE_CHECKING:
     from ..robot import Robot
+    from ..section import Section
     from ..statics.tension_limits import Limit
 
 _KINDS = {NotchedTube: "notched tube", PlainRod: "plain rod", TaperedRod: "tapered rod", Segments: "segments"}
@@ -115,13 +116,19 @@ def _constants(robot: Robot) -> dict[str, Any]:
 
 
 def _described(robot: Robot) -> dict[str, Any]:
-    section = {each.name: getattr(robot.section, each.name) for each in dataclasses.fields(robot.section)}
+    places = _places(robot)
     return {
         **_constants(robot),
-        "section": {name: value.tolist() if hasattr(value, "tolist") else value for name, value in section.items()},
+        "section": _numbers(robot.section),
+        "sections": [{"place": name, "at": s_m, **_numbers(robot.section_at(s_m))} for name, s_m in places.items()],
         "limits": [dataclasses.asdict(limit) for limit in _limits(robot)],
         "sources": dict(robot.sources),
     }
+
+
+def _numbers(section: Section) -> dict[str, Any]:
+    values = {each.name: getattr(section, each.name) for each in dataclasses.fields(section)}
+    return {name: value.tolist() if hasattr(value, "tolist") else value for name, value in values.items()}
 
 
 def _limits(robot: Robot) -> tuple[Limit, ...]:
@@ -132,7 +139,9 @@ def _limits(robot: Robot) -> tuple[Limit, ...]:
 
 def _page(robot: Robot, torsion_given: bool) -> str:
     blocks = [output.heading(f"{robot.name}: {_KINDS[type(robot.body)]}, torsion {robot.torsion}")]
-    blocks += [output.table(("section", "", "", ""), _section_rows(robot), words=(0, 2, 3))]
+    columns = _places(robot)
+    rows, last = _section_rows(robot), 1 + len(columns)
+    blocks += [output.table(("section", *columns, "", ""), rows, words=(0, last, last + 1))]
     if limits := [_limit_row(limit, robot.n_tendons > 1) for limit in _limits(robot)]:
         blocks.append(output.table(("limit", "tension", "at", "of"), limits, words=(0, 3)))
     blocks.append(output.table(("from the file", "source"), _source_rows(robot, torsion_given), words=(0, 1)))
@@ -146,14 +155,33 @@ def _limit_row(limit: Limit, several: bool) -> tuple[str, str, str, str]:
     return name, tension, value, limit.meaning
 
 
-def _section_rows(robot: Robot) -> list[tuple[str, str, str, str]]:
-    section = robot.section
-    rows = [(name, f"{scale * getattr(section, name):.7g}", unit, what) for name, scale, unit, what in _SECTION]
-    if isinstance(robot.body, NotchedTube):
-        rows[0] = (*rows[0][:3], "area, of the uncut part")
+def _places(robot: Robot) -> dict[str, float]:
+    """Where sections are told: heading -> material coordinate (m); of a uniform robot without a heading."""
+    where: dict[str, float] = {}
+    several = len(parts(robot.body)) > 1
+    for k, part in enumerate(parts(robot.body)):
+        name = f"segment {k + 1}" if several else ""
+        tapered = isinstance(part.body, TaperedRod)
+        where[f"{name} base".strip() if tapered else name] = part.start
+        if tapered:
+            where[f"{name} tip".strip()] = part.end * (1.0 - 1e-9)  # at a joint it would be the section beyond
+    return where
+
+
+def _section_rows(robot: Robot) -> list[tuple[str, ...]]:
+    """Symbol, number at each place, unit and meaning; the lengths are of the whole body."""
+    sections = [robot.section_at(s_m) for s_m in _places(robot).values()]
+    rows: list[tuple[str, ...]] = []
+    for name, scale, unit, what in _SECTION:
+        if name == "A" and all(isinstance(part.body, NotchedTube) for part in parts(robot.body)):
+            what = "area, of the uncut part"
+        values = [f"{scale * getattr(section, name):.7g}" for section in sections]
+        whole = name in ("L", "L_na")
+        rows.append((name, *([values[0], *[""] * (len(values) - 1)] if whole else values), unit, what))
     for name, scale, unit, meanings in _STIFFNESS:
         for i, what in enumerate(meanings):
-            rows.append((f"{name}[{i}]", f"{scale * getattr(section, name)[i]:.7g}", unit, what))
+            values = [f"{scale * getattr(section, name)[i]:.7g}" for section in sections]
+            rows.append((f"{name}[{i}]", *values, unit, what))
     return rows
 
 

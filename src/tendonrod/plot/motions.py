@@ -13,6 +13,7 @@ from ..motion.progression import Motion
 from ..statics.shape import Shape
 from .shapes import check_converged, fine
 from .style import COLOURS, INK, MM, PALE, draw, labelled, new_figure, reading_unit, space, styled, titled
+from .surroundings import draw_walls, walls_around
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -81,7 +82,9 @@ def _bodies(figure: Figure, motion: Motion) -> None:
     shown = snapshots(len(motion.shapes))
     bodies = [MM * fine(motion.shapes[k]).centerline for k in shown]
     tips = MM * np.array([shape.centerline[-1] for shape in motion.shapes])
-    axes = space(figure, (0.0, 0.46, 0.93, 0.49), [*bodies, tips])
+    walls = walls_around(motion.shapes)
+    axes = space(figure, (0.0, 0.46, 0.93, 0.49), [*bodies, tips, *walls])
+    draw_walls(axes, walls)
     scale = ScalarMappable(Normalize(0.0, 1.0), colormaps["viridis_r"])
     for k, body in sorted(zip(shown, bodies, strict=True), key=lambda pair: -motion.insertion[pair[0]]):
         draw(axes, body, color=scale.to_rgba(motion.insertion[k]), lw=1.1)  # the longest first, below all others

@@ -27,7 +27,7 @@ FORMATS = (".png", ".svg", ".pdf")
 ELEVATION, AZIMUTH = 19.0, 25.0  # degrees, of the eye above the z-y plane, and from y towards z
 _LABEL_ROOM = np.array([1.5, 0.5])  # inches
 _TICK_ROOM = np.array([24.0, 8.5])  # points, width and height of a tick's number
-_LABEL_SHIFT = {"x": (-38.0, 0.0), "y": (36.0, -20.0), "z": (-4.0, -22.0)}  # points, from the middle of the axis
+_LABEL_SHIFT = {"x": (-38.0, 0.0), "y": (38.0, -21.0), "z": (-4.0, -25.0)}  # points, from the middle of the axis
 _RC: Any = {
     "font.size": 8.0,
     "font.family": "sans-serif",

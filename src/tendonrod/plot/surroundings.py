@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 LONGEST = 0.17  # of the body's size: the longest arrow
-SHORTEST = 0.1  # of the longest arrow: in a view, what is shorter is a dot
+SHORTEST = 0.25  # of the longest arrow: in a view, what is shorter is a dot
 STRETCH = 1.0 / 8.0  # of the exposed length: contacts within are drawn as one arrow
 GAP = 0.04  # of the exposed length: contacts farther apart are drawn apart
 WALL = "#8fa3b8"
@@ -54,31 +54,35 @@ class Surroundings:
 def surroundings(shapes: Sequence[Shape]) -> Surroundings:
     """Of one shape or several; a surface that they share is drawn once, around all of them."""
     requests = [problem_of(shape._solution).request for shape in shapes]
-    bodies = np.concatenate([shape.centerline for shape in shapes])
-    surfaces = {id(each.surface): each.surface for each in requests}
-    walls = [MM * grid for surface in surfaces.values() for grid in near_walls(surface, bodies)]
-    pairs = list(zip(shapes, requests, strict=True))
-    touching = [arrow for shape in shapes if shape.contacts is not None for arrow in _pressed(shape.contacts, shape.length)]
-    pushing = [arrow for shape, request in pairs for arrow in _pushed(shape, request)]
-    size = MM * max(float(np.ptp(bodies, axis=0).max()), 1e-6)
+    size = MM * max(float(np.ptp(np.concatenate([shape.centerline for shape in shapes]), axis=0).max()), 1e-6)
+    touching, pushing, masses = [], [], []
+    for shape, request in zip(shapes, requests, strict=True):
+        touching += [] if shape.contacts is None else _pressed(shape.contacts, shape.length)
+        pushing += _pushed(shape, request)
+        places = [_place(shape, load) for load in request.loads if isinstance(load, LumpedMass)]
+        masses += [MM * place[0] for place in places if place is not None]
     forces = [_arrows("contact force", VERMILION, touching, size), _arrows("point load", PURPLE, pushing, size)]
-    masses = [_place(shape, load) for shape, request in pairs for load in request.loads if isinstance(load, LumpedMass)]
-    found = [MM * each[0] for each in masses if each is not None]
-    return Surroundings(walls=walls, forces=[each for each in forces if each is not None], masses=np.reshape(found, (-1, 3)))
+    return Surroundings(
+        walls=walls_around(shapes),
+        forces=[each for each in forces if each is not None],
+        masses=np.reshape(masses, (-1, 3)),
+    )
+
+
+def walls_around(shapes: Sequence[Shape]) -> list[np.ndarray]:
+    """Grids (m, n, 3) in mm of the surfaces near the shapes."""
+    bodies = np.concatenate([shape.centerline for shape in shapes])
+    surfaces = [problem_of(shape._solution).request.surface for shape in shapes]
+    return [
+        MM * grid for surface in {id(each): each for each in surfaces}.values() for grid in near_walls(surface, bodies)
+    ]
 
 
 def draw_in_space(axes: Any, around: Surroundings) -> None:
     """Into 3D axes whose limits and view are set."""
     from mpl_toolkits.mplot3d import proj3d
-    from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
-    axes.computed_zorder = False  # walls behind lines, whatever their depth
-    for grid in around.walls:
-        facets = Poly3DCollection(_facets(grid), facecolor=WALL, alpha=0.13, edgecolor="none", zorder=0.5)
-        facets.set_clip_on(False)
-        axes.add_collection3d(facets, autolim=False)
-        for line in _wires(grid):
-            axes.plot(*line.T, color=WALL, lw=0.35, alpha=0.6, zorder=0.6, clip_on=False)
+    draw_walls(axes, around.walls)
 
     def project(points: np.ndarray) -> np.ndarray:
         x, y, _ = proj3d.proj_transform(*points.T, axes.get_proj())  # pyright: ignore[reportCallIssue]
@@ -86,6 +90,19 @@ def draw_in_space(axes: Any, around: Surroundings) -> None:
 
     _draw_forces(axes, around, project)
     axes.plot(*around.masses.T, ls="", marker="s", ms=4.5, color=INK, zorder=4, clip_on=False)
+
+
+def draw_walls(axes: Any, walls: Sequence[np.ndarray]) -> None:
+    """Grids (m, n, 3) in mm into 3D axes, translucent, behind every line whatever their depth."""
+    from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+
+    axes.computed_zorder = axes.computed_zorder and not walls
+    for grid in walls:
+        facets = Poly3DCollection(_facets(grid), facecolor=WALL, alpha=0.13, edgecolor="none", zorder=0.5)
+        facets.set_clip_on(False)
+        axes.add_collection3d(facets, autolim=False)
+        for line in _wires(grid):
+            axes.plot(*line.T, color=WALL, lw=0.35, alpha=0.6, zorder=0.6, clip_on=False)
 
 
 def draw_in_view(axes: Axes, around: Surroundings, project: _Project) -> None:
@@ -166,13 +183,15 @@ def _arrows(name: str, colour: str, found: list[tuple[np.ndarray, np.ndarray]], 
 
 def _draw_forces(axes: Any, around: Surroundings, project: _Project) -> None:
     """Arrows; a dot where one points at the eye."""
+    from matplotlib.lines import Line2D
+
     style = {"arrowstyle": "-|>,head_length=0.42,head_width=0.17", "lw": 1.1, "shrinkA": 0.0, "shrinkB": 0.0}
     for found in around.forces:
         start, end = project(found.start), project(found.end)
         longest = np.linalg.norm(found.end - found.start, axis=1).max() * _shrinking(project)
         for a, b in zip(start, end, strict=True):
             if np.linalg.norm(b - a) < SHORTEST * longest:
-                axes.annotate("\u2022", a, color=found.colour, ha="center", va="center", annotation_clip=False, zorder=5)
+                axes.add_line(Line2D(*a[:, None], marker="o", ms=3.6, color=found.colour, zorder=5, clip_on=False))
             else:
                 props = {**style, "color": found.colour}
                 axes.annotate("", b, a, arrowprops=props, annotation_clip=False, zorder=5)
@@ -197,4 +216,6 @@ def _wires(grid: np.ndarray) -> list[np.ndarray]:
 
 
 def _force(newtons: float) -> str:
-    return f"{newtons:.3g} N" if newtons >= 0.1 else f"{1e3 * newtons:.3g} mN" if newtons >= 1e-4 else f"{newtons:.2g} N"
+    return (
+        f"{newtons:.3g} N" if newtons >= 0.1 else f"{1e3 * newtons:.3g} mN" if newtons >= 1e-4 else f"{newtons:.2g} N"
+    )

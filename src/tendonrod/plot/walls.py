@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from ..surface import Cavity, Cylinder, Plane, Sphere, Surface, Tube, Walls
 
 NEAR = 0.35  # of the body's size: how far from the body a surface is still drawn
 MARGIN = 0.12  # of the body's size, beyond what lies nearest to the body
+CAP = 0.35  # of the body's size: radius of the cap that is drawn of a sphere
 WHOLE = 2.0  # rad to either side, from which on a round surface is drawn all round
 LINES = 25  # points across a patch
 
@@ -28,11 +27,11 @@ def near_walls(surface: Surface | None, body: np.ndarray) -> list[np.ndarray]:
         return [_plane(surface, near, MARGIN * size)]
     if isinstance(surface, (Tube, Cylinder)):
         return [_around_axis(surface, near, MARGIN * size)]
-    return [_around_center(surface, near, MARGIN * size)] if isinstance(surface, (Sphere, Cavity)) else []
+    return [_around_center(surface, near, size)] if isinstance(surface, (Sphere, Cavity)) else []
 
 
 def silhouette(grid: np.ndarray) -> np.ndarray:
-    """(k, 2) outline of a projected grid (m, n, 2), closed; the convex hull, for all patches here are near to convex."""
+    """(k, 2) outline of a projected grid (m, n, 2), closed: the convex hull, which fits these patches."""
     points = np.unique(np.round(grid.reshape(-1, 2), 9), axis=0)
     points = points[np.lexsort(points.T[::-1])]
     lower, upper = _chain(points), _chain(points[::-1])
@@ -67,15 +66,13 @@ def _around_axis(surface: Tube | Cylinder, near: np.ndarray, margin: float) -> n
     return surface.point + surface.radius * round_it[:, None] + z[None, :, None] * surface.axis
 
 
-def _around_center(surface: Sphere | Cavity, near: np.ndarray, margin: float) -> np.ndarray:
-    """The cap that faces the body, or the whole sphere."""
-    arm = near - surface.center
-    pole = arm.mean(axis=0)
-    length = np.linalg.norm(pole)
-    pole = pole / length if length > 1e-9 * surface.radius else np.eye(3)[0]
+def _around_center(surface: Sphere | Cavity, near: np.ndarray, size: float) -> np.ndarray:
+    """The whole of a small sphere; of a large one the cap at the place that comes nearest to the body."""
+    arm = near[int(np.argmin(surface.distance(near)[0]))] - surface.center
+    length = np.linalg.norm(arm)
+    pole = arm / length if length > 1e-9 * surface.radius else np.eye(3)[0]
     first, second = _spanning(pole)
-    sizes = np.maximum(np.linalg.norm(arm, axis=1), 1e-300)
-    widest = float(np.arccos(np.clip(arm @ pole / sizes, -1.0, 1.0)).max()) + margin / surface.radius
+    widest = CAP * size / surface.radius
     theta = np.linspace(0.0, np.pi if widest > WHOLE else widest, LINES)[:, None, None]
     phi = np.linspace(0.0, 2.0 * np.pi, 2 * LINES)[None, :, None]
     outward = np.cos(theta) * pole + np.sin(theta) * (np.cos(phi) * first + np.sin(phi) * second)

@@ -91,12 +91,13 @@ def balance_errors(shape: Shape) -> BalanceErrors:
     if not shape.converged or shape.length < RETRACTED:
         nothing = Worst(0.0 if shape.converged else nan, 0.0)
         return BalanceErrors(**dict.fromkeys(BalanceErrors.__dataclass_fields__, nothing))
-    places, split = _Places(shape), 1
+    places, split, still = _Places(shape), 1, 0
     errors, rough = _errors(places, split)
     while errors.largest > SETTLED and rough > 0.1 * errors.largest and places.count(2 * split) <= MOST_PANELS:
-        before, split = errors, 2 * split
+        before, split = errors.largest, 2 * split
         errors, rough = _errors(places, split)
-        if errors.largest > 0.7 * before.largest:
+        still = still + 1 if errors.largest > 0.7 * before else 0
+        if still == 2:  # halved twice without effect: it is the shape's own
             break
     return errors
 
@@ -283,7 +284,7 @@ def _rubbed(places: _Places, x: _Samples, i: int, t: np.ndarray) -> np.ndarray:
     turned = _spread_out(whole, 0.5 * x.width[:, None, None] * (_INTEGRAL @ rate))[:, 0]
     friction, tension = places.shape.robot.friction[i] * turned, places.tensions[i]
     low, high, before = tension * np.exp(-friction), tension * np.exp(friction), places.problem.request.history
-    return low if before is None else np.clip(np.interp(x.s + places.exit, before[0], before[1][:, i]), low, high)
+    return low if before is None else np.clip(np.interp(x.s + places.exit, before.s_m, before.tau[:, i]), low, high)
 
 
 def _shortest(robot, i: int, s_m: np.ndarray, u: np.ndarray, v: np.ndarray, wall: np.ndarray) -> np.ndarray:

@@ -7,7 +7,7 @@ input, else by a central difference. No solve is ever differenced. Derivation: d
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -24,8 +24,12 @@ if TYPE_CHECKING:
 STEP = 2e-6  # relative, of central differences at fixed strains
 RIGID = 1e4  # contact stiffness in derivatives, relative to that of the solve
 LINEAR = ("gravity", "tip_force", "tip_moment", "distributed_force", "distributed_moment")  # three columns each
-POSES = {"exit_position": 3, "exit_rotation": 3, "exit_tilt": 2, "exit_offset": 2}
+COUNTS = dict.fromkeys(LINEAR, 3) | {"exit_position": 3, "exit_rotation": 3, "exit_tilt": 2, "exit_offset": 2}
+# Where inputs stand in a change of `Trial.columns`, behind the tensions.
+PLACES = {"tensions": 0, "gravity": 0, "distributed_force": 3, "distributed_moment": 6, "tip_force": 9, "tip_moment": 12}
+PLACES |= {"exit_position": 15, "exit_rotation": 18, "rotation": 18}
 ROUNDS = 40  # of friction's answer
+Scalar = tuple[str, int | None, float, bool]  # input, its entry, natural size, whether the imbalance is linear in it
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -58,17 +62,22 @@ def jacobian(shape: Shape, inputs: Sequence[str], s: np.ndarray) -> Jacobian:
     """Derivatives of ``shape`` at ``s`` (n,) by ``inputs``; see `Shape.jacobian`."""
     answers = _Answers(shape, s)
     asked = answers.trial.problem.request
-    columns = [column for name in inputs for column in _columns(asked, name)]
-    found = np.empty((len(columns), s.size, 12))
-    tensions = np.zeros((len(columns), asked.robot.n_tendons))
-    for i, (_, up, down, size) in enumerate(columns):
-        found[i], tensions[i] = answers.column(up, down, size)
-    moved = np.moveaxis(found, 0, 2)
+    scalars = [scalar for name in inputs for scalar in _scalars(asked, name)]
+    found = np.empty((len(scalars), s.size, 12))
+    tensions = np.zeros((len(scalars), asked.robot.n_tendons))
+    quick = [i for i, (stem, *_) in enumerate(scalars) if stem in PLACES and answers.strands is None]
+    found[quick] = answers.at_once([scalars[i] for i in quick])
+    for i in quick:
+        if scalars[i][0] == "tensions":
+            tensions[i, scalars[i][1]] = 1.0
+    for i in sorted({*range(len(scalars))} - {*quick}):
+        found[i], tensions[i] = answers.column(*_sides(asked, *scalars[i]))
+    moved = found.transpose(1, 2, 0)
     position = moved[:, :3] + np.cross(moved[:, 3:6], answers.frames[:, :3, None], axis=1)
     arrays = {"position": position, "rotation": moved[:, 3:6], "v": moved[:, 6:9], "u": moved[:, 9:], "tensions": tensions.T}
     for array in (s, *arrays.values()):
         array.setflags(write=False)
-    return Jacobian(names=tuple(name for name, *_ in columns), s=s, **arrays)
+    return Jacobian(names=tuple(_name(stem, i) for stem, i, *_ in scalars), s=s, **arrays)
 
 
 def compliance(shape: Shape) -> np.ndarray:
@@ -114,6 +123,23 @@ class _Answers:
         change = np.linalg.solve([[-self.units[j][1][i] for j in driven] for i in driven], missing[driven])
         tensions[driven] = change
         return answer + sum(by * self.units[j][0] for by, j in zip(change, driven, strict=True)), tensions
+
+    def at_once(self, scalars: list[Scalar]) -> np.ndarray:
+        """(c, n, 12) answers to numbers that the imbalance is linear in, or that move the base."""
+        T, trial = self.trial.n_tendons, self.trial
+        changes = np.zeros((len(scalars), T + 21))
+        for row, (stem, i, *_) in zip(changes, scalars, strict=True):
+            if stem == "tensions":
+                row[i] = 1.0
+            elif stem in ("rotation", "exit_rotation"):
+                R, pose = trial.start[0, 3:].reshape(3, 3), trial.problem.request.pose
+                axis = trial.station[0, trial.kernel.AXIS : trial.kernel.AXIS + 2]
+                about = (np.zeros(3) if pose is None else pose[:3, 3]) - trial.problem.frame[:3]
+                row[-3:], about = (R[:, 2], R[:, :2] @ axis) if stem == "rotation" else (np.eye(3)[i], about)
+                row[-6:-3] = np.cross(about, row[-3:])
+            else:
+                row[T + PLACES[stem] + i] = 1.0
+        return trial.columns(changes, self.s, self.strains)
 
     def answer(self, forcing: dict[str, np.ndarray], left: np.ndarray) -> np.ndarray:
         """(n, 12) answer to a forcing of `Trial.respond` at fixed tensions; left (n, 6): explicit imbalance at s."""
@@ -209,46 +235,48 @@ def _twists(frames: np.ndarray, other: np.ndarray, size: float, shift: np.ndarra
     return np.hstack([(frames[:, :3] - other[:, :3]) / size + shift - np.cross(w, middle), w])
 
 
-def _columns(asked: Request, name: str) -> Iterator[tuple[str, Request, Request | None, float]]:
-    """(column's name, request changed up, request changed down or None, size of the difference) of one input."""
-    for column, scale, linear in _scalars(asked, name):
-        if linear and not asked.robot.friction.any():
-            yield column, change(asked, column, 1.0), None, 1.0
-            continue
-        half = STEP * scale
-        try:
-            yield column, change(asked, column, half), change(asked, column, -half), 2.0 * half
-        except InvalidInput:  # at the edge of what is allowed
-            yield column, change(asked, column, half), asked, half
+def _name(stem: str, i: int | None) -> str:
+    return stem if i is None else f"{stem}[{i}]"
 
 
-def _scalars(asked: Request, name: str) -> list[tuple[str, float, bool]]:
-    """(name, natural size, whether the imbalance is linear in it) of each number that ``name`` stands for."""
+def _sides(asked: Request, stem: str, i: int | None, scale: float, linear: bool):
+    """(request changed up, request changed down or None, size of the difference) of one number."""
+    name = _name(stem, i)
+    if linear and not asked.robot.friction.any():
+        return change(asked, name, 1.0), None, 1.0
+    half = STEP * scale
+    try:
+        return change(asked, name, half), change(asked, name, -half), 2.0 * half
+    except InvalidInput:  # at the edge of what is allowed
+        return change(asked, name, half), asked, half
+
+
+def _scalars(asked: Request, name: str) -> list[Scalar]:
+    """Every number that ``name`` stands for."""
     T, stem = asked.robot.n_tendons, name.partition("[")[0]
-    counts = {"tensions": T, "displacements": T} | dict.fromkeys(LINEAR, 3) | POSES
+    if stem == "loads":
+        return _load_scalars(asked, name)
+    counts = {"tensions": T, "displacements": T} | COUNTS
     if stem in counts:
         indices = range(counts[stem]) if stem == name else [_index(name, counts[stem])]
         linear = stem in LINEAR or stem in ("tensions", "displacements")
-        found = [(f"{stem}[{i}]", asked.robot.length_na if "position" in stem or "offset" in stem else 1.0, linear)
-                 for i in indices]  # fmt: skip
-        wrong = [i for i in indices if stem == "tensions" and not np.isnan(asked.pulled[i])]
-        wrong += [i for i in indices if stem == "displacements" and np.isnan(asked.pulled[i])]
+        scale = asked.robot.length_na if stem in ("exit_position", "exit_offset") else 1.0
+        driven = ~np.isnan(asked.pulled)
+        wrong = [i for i in indices if (stem == "tensions" and driven[i]) or (stem == "displacements" and not driven[i])]
         if wrong:
-            raise InvalidInput("inputs", f"{stem}[{wrong[0]}]", "an input that was given: this tendon was driven otherwise")
-        return found
-    if stem == "loads":
-        return _load_scalars(asked, name)
+            raise InvalidInput("inputs", _name(stem, wrong[0]), "an input that was given: this tendon was driven otherwise")
+        return [(stem, i, scale, linear) for i in indices]
     if name in ("insertion", "rotation"):
-        return [(name, 1.0, False)]
+        return [(name, None, 1.0, False)]
     parameters = asked.robot.parameters()
     if name not in parameters:
         valid = [*counts, "insertion", "rotation", "loads[0].force", *parameters]
         raise InvalidInput("inputs", name, "one of " + ", ".join(valid))
     zero = 1.0 / asked.robot.length_na if "precurvature" in name else 1e-2 * asked.robot.length_na
-    return [(name, abs(parameters[name]) or (1.0 if "turns" in name or "angle" in name else zero), False)]
+    return [(name, None, abs(parameters[name]) or (1.0 if "turns" in name or "angle" in name else zero), False)]
 
 
-def _load_scalars(asked: Request, name: str) -> list[tuple[str, float, bool]]:
+def _load_scalars(asked: Request, name: str) -> list[Scalar]:
     head, _, field = name.partition("].")
     stem, _, part = field.partition("[")
     index = head.removeprefix("loads[")
@@ -258,9 +286,9 @@ def _load_scalars(asked: Request, name: str) -> list[tuple[str, float, bool]]:
     if value is None or stem == "frame":
         raise InvalidInput("inputs", name, "a number or vector of that load which was given")
     if isinstance(value, float):
-        return [(name, asked.robot.length_na if stem != "mass" else 1.0, stem == "mass")]
+        return [(name, None, asked.robot.length_na if stem != "mass" else 1.0, stem == "mass")]
     indices = [_index(f"{stem}[{part}", 3)] if part else range(3)
-    return [(f"{head}].{stem}[{i}]", 1.0 if stem != "offset" else 1e-3, stem != "offset") for i in indices]
+    return [(f"{head}].{stem}", i, 1.0 if stem != "offset" else 1e-3, stem != "offset") for i in indices]
 
 
 def _index(name: str, count: int) -> int:

@@ -10,7 +10,7 @@ motion and unloaded stretches then leave them as they are.
 
 Arrays, n steps, stage j of step k is row 2 k + j, T tendons
     grid (n+1,)         arc lengths of the nodes
-    station (2n, W)     Kse[3] Kbt[3] v*[3] u*[3] | weight[3] centroid x, y | dead f[3] l[3] | body f[3] l[3] |
+    station (2n, W)     Kse[3] Kbt[3] v*[3] u*[3] | weight[3] centroid x, y, density | dead f[3] l[3] | body f[3] l[3] |
                         tube axis x, y | per tendon: X Y dX dY tau lumen
     points (b, 12)      node, F[3] M[3] offset[3] follower, unused: wrenches at nodes, 0 in the world, 1 with the body
     joints (q, 4)       node, dx, dy, angle: rigid jump of the section frame before the step that starts there
@@ -29,7 +29,7 @@ import math
 from .kernel import A11, A12, A21, A22, GAUSS, magnus
 from .kernel_jit import jit
 
-WEIGHT, DEAD, BODY, AXIS, TENDON, TENDON_WIDTH = 12, 17, 23, 29, 31, 6
+WEIGHT, DENSITY, DEAD, BODY, AXIS, TENDON, TENDON_WIDTH = 12, 17, 18, 24, 30, 32, 6
 ENDED = -1e300  # tension beyond a tendon's end
 
 
@@ -52,9 +52,9 @@ def fill(sections, tendons, spread, world, axis, s, middle, row):
     t = s - sections[i, 0]
     for q in range(12):
         row[q] = cubic(sections[i], 2 + q, 15, t)
-    density = cubic(sections[i], 14, 15, t)
+    row[DENSITY] = cubic(sections[i], 14, 15, t)
     for q in range(3):
-        row[WEIGHT + q] = density * world[q]
+        row[WEIGHT + q] = row[DENSITY] * world[q]
         row[DEAD + q], row[DEAD + 3 + q] = world[3 + q], world[6 + q]
         row[BODY + q] = row[BODY + 3 + q] = 0.0
     for q in range(2):
@@ -742,10 +742,12 @@ def respond(grid, n, frame, E, Q, X, K, S, inner, stage_left, stage_twist, stage
 
 @jit
 def response_at(sections, tendons, ends, tau, spread, world, axis, s_exit, grid, n, station, x, start, frame, touch,
-                wrench, E, K, S, strain, twist, push, at, strains, left, row, moved, strained, work):  # fmt: skip
+                wrench, E, K, S, strain, twist, push, stage_load, at, strains, left, row, moved, strained,
+                work):  # fmt: skip
     """What `respond` found, at arc lengths ``at`` (m,): twists ``moved`` (m, 6) and strains ``strained`` (m, 6).
 
-    strains (m, 6): those of the solution there; left (m, 6): explicit change of the imbalance there.
+    strains (m, 6): those of the solution there; left (m, 6): explicit change of the imbalance there, but for that of the
+    stages' loads, which are given as in `respond`.
     """
     k, flat = 0, x.reshape(-1)
     here, W, dW, theta, z, have = work[3, 0], work[3, 3], work[3, 4], work[3, 5], work[3, 6], work[3, 7]
@@ -769,6 +771,7 @@ def response_at(sections, tendons, ends, tau, spread, world, axis, s_exit, grid,
                 for b in range(12):
                     z[a] += E[k, j, a, b] * strain[2 * k + b // 6, b % 6]
             for a in range(6):
+                dW[a] += w * stage_load[2 * k + j, a]
                 for b in range(6):
                     dW[a] += w * K[2 * k + j, a, b] * z[b]
         magnus(start[k], 0, flat, 12 * k, T, h, here, 0)
@@ -786,6 +789,63 @@ def response_at(sections, tendons, ends, tau, spread, world, axis, s_exit, grid,
         local(row, ends.shape[0], strains[i], z, work[0])
         if not solve6(work[0], have, strained[i]):
             strained[i, :] = math.nan
+
+
+@jit
+def columns(sections, tendons, ends, tau, spread, world, axis, s_exit, grid, n, station, x, start, frame, touch, wrench,
+            E, Q, X, K, S, inner, end, points, share, changes, at, strains, no_twist, stage_left, stage_load, node_load,
+            q, pull, strain, twist, push, y, row, left, moved, strained, out, work):  # fmt: skip
+    """Answers ``out`` (c, m, 12), twists and strains at ``at`` (m,), to inputs that the imbalance is linear in.
+
+    changes (c, T + 21): of the tensions[T], gravity[3], f[3] and l[3] of the uniform dead loads, tip force[3] and moment[3]
+    on the neutral axis, twist[6] of the base. The arrays from ``no_twist`` (zeros) to ``strained`` are scratch.
+    """
+    T = ends.shape[0]
+    strands(station, T, grid, x, q, pull)
+    for c in range(changes.shape[0]):
+        change = changes[c]
+        g0, g1, g2, f0, f1, f2 = change[T], change[T + 1], change[T + 2], change[T + 3], change[T + 4], change[T + 5]
+        for j in range(2 * n):
+            for a in range(6):
+                stage_left[j, a], stage_load[j, a] = 0.0, 0.0
+                for i in range(T):
+                    stage_left[j, a] += change[i] * share[j, i] * pull[j, i, a]
+            w, F, load = station[j, DENSITY], frame[j], stage_load[j]
+            a0, a1, a2 = turned(F, station[j, WEIGHT + 3], station[j, WEIGHT + 4], 0.0)
+            act(w * g0, w * g1, w * g2, F[0] + a0, F[1] + a1, F[2] + a2, load)
+            act(f0, f1, f2, F[0], F[1], F[2], load)
+            for a in range(3):
+                load[3 + a] += change[T + 6 + a]
+        node_load[:] = 0.0
+        for i in range(points.shape[0]):
+            k, w = int(points[i, 0]), points[i, 11]
+            if w != 0.0:
+                a0, a1, a2 = turned(end[k - 1], points[i, 7], points[i, 8], points[i, 9])
+                act(w * g0, w * g1, w * g2, end[k - 1, 0] + a0, end[k - 1, 1] + a1, end[k - 1, 2] + a2, node_load[k])
+        act(change[T + 9], change[T + 10], change[T + 11], end[n - 1, 0], end[n - 1, 1], end[n - 1, 2], node_load[n])
+        for a in range(3):
+            node_load[n, 3 + a] += change[T + 12 + a]
+        respond(grid, n, frame, E, Q, X, K, S, inner, stage_left, no_twist, stage_load, node_load, change[T + 15 :],
+                strain, twist, push, y, work)  # fmt: skip
+        k = 0
+        for i in range(at.shape[0]):
+            left[i, :] = 0.0
+            k = find_step(grid, n, at[i], k)
+            station_at(sections, tendons, ends, tau, spread, world, axis, s_exit, grid, k, at[i], row)
+            here = ((at[i] - grid[k]) / (grid[k + 1] - grid[k]) - GAUSS) / (1.0 - 2.0 * GAUSS)
+            for t in range(T):
+                if change[t] != 0.0 and s_exit + 0.5 * (grid[k] + grid[k + 1]) < ends[t]:
+                    w = change[t] * (share[2 * k, t] + here * (share[2 * k + 1, t] - share[2 * k, t]))
+                    Y, Z, _, t0, t1, t2, _ = arm(row, TENDON + TENDON_WIDTH * t, strains[i])
+                    left[i, 0], left[i, 1], left[i, 2] = left[i, 0] + w * t0, left[i, 1] + w * t1, left[i, 2] + w * t2
+                    left[i, 3], left[i, 4] = left[i, 3] + w * Z * t2, left[i, 4] - w * Y * t2
+                    left[i, 5] += w * (Y * t1 - Z * t0)
+        response_at(sections, tendons, ends, tau, spread, world, axis, s_exit, grid, n, station, x, start, frame, touch,
+                    wrench, E, K, S, strain, twist, push, stage_load, at, strains, left, row, moved, strained,
+                    work)  # fmt: skip
+        for i in range(at.shape[0]):
+            for a in range(6):
+                out[c, i, a], out[c, i, 6 + a] = moved[i, a], strained[i, a]
 
 
 @jit
@@ -989,6 +1049,10 @@ def compile_all() -> None:
     sample.compile(f"({known}, float64, float64, {line}, {line}, {table}, {cube})")
     unbalanced.compile(f"({known}, {line}, {table}, {line}, {table}, {table}, {cube})")
     response_at.compile(
-        f"({known}, {hyper}, {cube}, {cube}, {table}, {table}, {table}, {line}, {table}, {table}, {line}, {table},"
-        f" {table}, {cube})"
+        f"({known}, {hyper}, {cube}, {cube}, {table}, {table}, {table}, {table}, {line}, {table}, {table}, {line},"
+        f" {table}, {table}, {cube})"
+    )
+    columns.compile(
+        f"({known}, {hyper}, {', '.join([cube] * 4)}, {', '.join([table] * 5)}, {line}, {table}, {cube}, {table}, {table},"
+        f" {table}, {cube}, {cube}, {', '.join([table] * 4)}, {line}, {table}, {table}, {table}, {cube}, {cube})"
     )

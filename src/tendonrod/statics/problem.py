@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
 from math import cos, sin
 from typing import TYPE_CHECKING
 
@@ -115,12 +114,6 @@ class RodProblem:
     length: float
     s_exit: float
     steps: int
-
-    @cached_property
-    def axis(self) -> np.ndarray:
-        """(m, 2) tube axis in the section frame, by row of the robot's section table."""
-        table = self.robot.section_table
-        return np.ascontiguousarray(self.robot.axis_offset(0.5 * (table[:, 0] + table[:, 1])))
 
     @property
     def loaded(self) -> bool:

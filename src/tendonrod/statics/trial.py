@@ -81,7 +81,7 @@ class Trial:
         p = self.problem
         self.kernel.place(
             p.robot.section_table, p.robot.tendon_table, p.robot.tendon_ends, self.share * self.tensions, p.spread,
-            p.world, p.axis, p.s_exit, self.grid, self.n, self.station,
+            p.world, p.robot.axis_table, p.s_exit, self.grid, self.n, self.station,
         )  # fmt: skip
 
     def rest(self) -> bool:
@@ -192,7 +192,7 @@ class Trial:
             k = min(int(np.searchsorted(self.grid, s, side="right")), self.n) - 1
             middle = p.s_exit + 0.5 * (self.grid[k] + self.grid[k + 1])
             self.kernel.fill(
-                p.robot.section_table, p.robot.tendon_table, p.spread, p.world, p.axis, p.s_exit + s, middle, row
+                p.robot.section_table, p.robot.tendon_table, p.spread, p.world, p.robot.axis_table, p.s_exit + s, middle, row
             )
             found[i] = row[self.kernel.WEIGHT : self.kernel.WEIGHT + 3] + row[self.kernel.DEAD : self.kernel.DEAD + 3]
         return found
@@ -203,7 +203,7 @@ class Trial:
         p = self.problem
         return (
             p.robot.section_table, p.robot.tendon_table, p.robot.tendon_ends, self.share * self.tensions, p.spread,
-            p.world, p.axis, p.s_exit, self.grid, self.n, self.station, self.x, self.start, self.frame, self.touch,
+            p.world, p.robot.axis_table, p.s_exit, self.grid, self.n, self.station, self.x, self.start, self.frame, self.touch,
             self.wrench,
         )  # fmt: skip
 
@@ -223,15 +223,30 @@ class Trial:
 
     def response_at(self, at: np.ndarray, strains: np.ndarray, left: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(twists (n, 6), strains (n, 6)) of the last `respond` at ``at`` (n,); left (n, 6): explicit imbalance there."""
-        moved, strained, at = np.empty((at.size, 6)), np.empty((at.size, 6)), np.array(at)
+        moved, strained = np.empty((at.size, 6)), np.empty((at.size, 6))
         self.kernel.response_at(
-            *self._where, self.E, self.K, self.S, self.strain, self.twist, self.push, at, strains, left,
-            np.empty(self.station.shape[1]), moved, strained, self.work,
+            *self._where, self.E, self.K, self.S, self.strain, self.twist, self.push, self.at_rest[0], np.array(at),
+            strains, left, np.empty(self.station.shape[1]), moved, strained, self.work,
         )  # fmt: skip
         return moved, strained
 
+    def columns(self, changes: np.ndarray, at: np.ndarray, strains: np.ndarray) -> np.ndarray:
+        """(c, n, 12) twists and strains at ``at`` (n,) by c linear changes, see `kernel_newton.columns`."""
+        zero, no_twist, *_ = self.at_rest
+        q, pull = np.empty((2 * self.n, self.n_tendons, 3)), np.empty((2 * self.n, self.n_tendons, 6))
+        found = np.empty((len(changes), at.size, 12))
+        self.kernel.columns(
+            *self._where, self.E, self.Q, self.X, self.K, self.S, self.inner, self.end, self.points, self.share, changes,
+            np.array(at), strains, no_twist, np.empty_like(zero), np.empty_like(zero), np.empty((self.n + 1, 6)), q, pull,
+            self.strain, self.twist, self.push, self.y, np.empty(self.station.shape[1]), np.empty((at.size, 6)),
+            np.empty((at.size, 6)), np.empty((at.size, 6)), found, self.work,
+        )  # fmt: skip
+        return found
+
     def _at_nodes(self, rows: np.ndarray) -> np.ndarray:
         """``rows`` that act on the exposed rod, sorted, with the number of the node in place of the coordinate."""
+        if not len(rows):
+            return rows
         at = rows[:, 0] - self.problem.s_exit
         order = np.argsort(at, kind="stable")
         order = order[at[order] > 1e-9 * self.problem.length]
