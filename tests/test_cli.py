@@ -15,7 +15,6 @@ import numpy as np
 import pytest
 
 import tendonrod
-from tendonrod.cli import main
 from tendonrod.motion.follow_leader import plan_follow_leader
 from tendonrod.motion.progression import progress
 from tendonrod.statics.tension_limits import tension_limits
@@ -36,46 +35,6 @@ density_kg_m3 = 8000.0
     f'[[tendons]]\nrouting = "constant"\nx_mm = {x}\ny_mm = {y}\n'
     for x, y in ((15.06, 0.0), (0.0, 15.06), (-15.06, 0.0), (0.0, -15.06))
 )
-
-
-@pytest.fixture
-def run(capsys):
-    """Call the command line in this process; (exit status, standard output, standard error)."""
-
-    def call(*arguments) -> tuple[int, str, str]:
-        capsys.readouterr()
-        status = main([str(each) for each in arguments])
-        shown = capsys.readouterr()
-        return status, shown.out, shown.err
-
-    return call
-
-
-@pytest.fixture
-def result(run):
-    """The JSON that a command prints; it must succeed and print nothing else to standard output."""
-
-    def call(*arguments) -> dict:
-        status, out, err = run(*arguments, "--json")
-        assert status == 0, err
-        return json.loads(out, parse_constant=lambda word: pytest.fail(f"{word} is no JSON"))
-
-    return call
-
-
-@pytest.fixture
-def refused(run):
-    """The one line on standard error of a command that must be refused as bad input."""
-
-    def call(*arguments, status=2) -> str:
-        got, out, err = run(*arguments)
-        assert (got, out) == (status, ""), err
-        assert err.startswith("tendonrod: error: ")
-        assert err.count("\n") == 1
-        assert err.endswith("\n")
-        return err.removeprefix("tendonrod: error: ").rstrip("\n")
-
-    return call
 
 
 @pytest.fixture
@@ -382,7 +341,7 @@ def test_bad_shape_options(refused, options, said):
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (("shap", "exonav-1"), "command = 'shap': must be one of robots, shape, motion, ftl, reproduce; did you mean"),
+        (("shap", "exonav-1"), "command = 'shap': must be one of robots, shape, batch, motion, ftl, reproduce; did"),
         (("--jsn",), "option = --jsn: must be an option of tendonrod: see tendonrod --help"),
         (("shape",), "ROBOT = missing: must be given"),
         (("motion",), "FILE.csv = missing: must be given"),
@@ -477,12 +436,12 @@ def test_no_equilibrium_is_one_line_and_status_1(run, refused):
 def test_alone_it_prints_its_help(run):
     status, out, err = run()
     assert (status, err) == (0, "")
-    assert all(name in out for name in ("robots", "shape", "motion", "ftl", "reproduce"))
+    assert all(name in out for name in ("robots", "shape", "batch", "motion", "ftl", "reproduce"))
     assert run("--help")[1].split() == out.split()
     assert run("--version")[:2] == (0, f"tendonrod {tendonrod.__version__}\n")
 
 
-@pytest.mark.parametrize("command", ["robots", "shape", "motion", "ftl", "reproduce"])
+@pytest.mark.parametrize("command", ["robots", "shape", "batch", "motion", "ftl", "reproduce"])
 def test_every_command_has_help_with_an_example(run, command):
     status, out, _ = run(command, "--help")
     assert status == 0

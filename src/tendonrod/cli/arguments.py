@@ -80,7 +80,7 @@ def displacements(robot: Robot, text: str | None) -> list[float | None] | None:
     entries = [entry.strip() for entry in text.split(",")]
     if all(entry in ("", "-") for entry in entries) or len(entries) != robot.n_tendons:
         form = "a number" if robot.n_tendons == 1 else f"{robot.n_tendons} entries with commas between them"
-        allowed = f"{form}, mm, nothing or - for a tendon driven by its tension"
+        allowed = f"{form}, mm" + (", nothing or - for a tendon driven by its tension" if robot.n_tendons > 1 else "")
         if robot.n_tendons == 0:
             allowed = f"left out: {robot.name} has no tendons"
         raise InvalidInput("--displacement", _typed(text), allowed)

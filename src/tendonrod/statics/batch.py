@@ -19,7 +19,7 @@ from ..errors import Fact, InvalidInput, numbers, one_of, whole
 from ..robot import Robot, as_robot
 from .equilibrium import ZERO, solve
 from .shape import Shape, Status
-from .solution import CONVERGED, MOST_STEPS, PATIENCE, RETRACTED, START_CAPACITY, TOO_SMALL, compiled
+from .solution import CONVERGED, MOST_STEPS, PATIENCE, RETRACTED, START_CAPACITY, TOO_SMALL, compiled, worked_accuracy
 
 Numbers = float | Sequence | np.ndarray
 NOT_REACHED = "not solved, because the batch was stopped before; solve the rest in another batch"
@@ -234,7 +234,9 @@ class Inputs:
         problems[:, 12], problems[:, 13] = eta * L, (1.0 - eta) * L
         problems[:, 14], problems[:, 15] = -r * c, -r * d
         problems[:, 17], problems[:, 18], problems[:, 20], problems[:, 21], problems[:, 25] = c, -d, d, c, 1.0
-        problems[:, 26], problems[:, 27], problems[:, 29] = get["accuracy"], self.steps or 0, inf
+        asked = zip(get["accuracy"].tolist(), problems[:, 12].tolist(), strict=True)
+        problems[:, 26] = [worked_accuracy(*each) for each in asked]
+        problems[:, 27], problems[:, 29] = self.steps or 0, inf
         return problems
 
     def solve(self, i: int, fractions: np.ndarray | None = None, s=None) -> Shape:

@@ -17,7 +17,7 @@ from .continuation import NO_EQUILIBRIUM_ON_BRANCH, follow_load
 from .newton import NewtonSolution
 from .problem import History, STRAIGHT, ZERO, exit_frame, request, rod_problem
 from .shape import Shape, Status, arc_lengths
-from .solution import CONVERGED, MOST_STEPS, RETRACTED, TOO_SMALL, Solution
+from .solution import CONVERGED, MOST_STEPS, RETRACTED, TOO_SMALL, Solution, worked_accuracy
 
 Vector = Sequence[float] | np.ndarray
 _OUTCOME = {0: Status.CONVERGED, 1: Status.LOCAL_FAILED, 2: Status.STALLED, 3: Status.TOO_FINE}
@@ -60,7 +60,8 @@ def solve(
     - rotation: angle (rad) of the section frame at the outer tube's exit about its z, R(0) = Rz(rotation),
       p(0) = Rz(rotation) [-r_na, 0, 0]; 0 is what follow-the-leader motion gives.
     - s: arc lengths (m) from the exit at which to report, None for the integrator's nodes.
-    - accuracy: position error (m) anywhere on the body, from 1e-12 to 1.
+    - accuracy: position error (m) anywhere on the body, from 1e-12 to 1; what is worked with is never more than 3e-6 of
+      the exposed length, and less by length / 5 cm where that is short.
     - steps: fixes the number of integration steps instead, without an error estimate (NaN).
     - start: a neighbouring solution to start from; the accuracy stays the one asked for.
     - loads: `PointLoad`, `LumpedMass`, `DistributedLoad` anywhere on the robot, dead or turning with it.
@@ -153,7 +154,7 @@ def prepare(
         weight, frame = robot.section.line_density, exit_frame(robot, s_exit, *place)
         problem = np.array([
             *F, *M, weight * g[0] + f[0], weight * g[1] + f[1], weight * g[2] + f[2], *l,
-            length, s_exit, *frame, accuracy, steps, 0.0, inf,
+            length, s_exit, *frame, worked_accuracy(accuracy, length), steps, 0.0, inf,
         ])  # fmt: skip
         pull = None if pulled is None or not driven else _pull(robot, driven[0], pulled[driven[0]], length, s_exit)
         return Solution(robot.rod_constants, table, problem, asked, pull)
@@ -164,7 +165,8 @@ def prepare(
                 loads=loads, centroid_weight=bool(centroid_weight),
                 history=None if history is None else _tensions_before(robot, history),
                 surface=None if surface is None else as_surface(surface),
-                contact_tolerance=positive("contact_tolerance", contact_tolerance), accuracy=accuracy, steps=steps,
+                contact_tolerance=positive("contact_tolerance", contact_tolerance),
+                accuracy=worked_accuracy(accuracy, length), steps=steps,
             )
         )
     )  # fmt: skip

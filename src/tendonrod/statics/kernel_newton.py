@@ -181,25 +181,85 @@ def wrench_at(grid, k, s, station, frame, touch, wrench, phi1, phi2, W):
 
 
 @jit
+def cubic_weights(t):
+    """Weights at t of the cubic through a step's start (0), its two stages and its end (1)."""
+    c, d = GAUSS, 1.0 - GAUSS
+    return (
+        (t - c) * (t - d) * (t - 1.0) / (-c * d),
+        t * (t - d) * (t - 1.0) / (c * (c - d) * (c - 1.0)),
+        t * (t - c) * (t - 1.0) / (d * (d - c) * (d - 1.0)),
+        t * (t - c) * (t - d) / ((1.0 - c) * (1.0 - d)),
+    )
+
+
+@jit
+def edges(sections, tendons, ends, tau, spread, world, axis, s_exit, grid, station, x, start, end, frame, touch, wrench,
+          length, reach, k, row, values, loads, work):  # fmt: skip
+    """Strains ``values`` (4, 6) and load densities ``loads`` (4, 6) at start, stages and end of step k. False if it fails."""
+    h, good = grid[k + 1] - grid[k], True
+    have, W, press = work[3, 0], work[3, 3], work[3, 4]
+    slope = 1.0 / (1.0 - 2.0 * GAUSS)
+    for j in range(2):
+        pressed(station[2 * k + j], frame[2 * k + j], touch[2 * k + j], loads[1 + j])
+        for q in range(6):
+            values[1 + j, q] = x[2 * k + j, q]
+    for j in range(2):
+        g, s, at, c = (start[k], grid[k], 0, -GAUSS) if j == 0 else (end[k], grid[k + 1], 3, 1.0 - GAUSS)
+        for q in range(3):
+            press[q] = touch[2 * k, q] + c * slope * (touch[2 * k + 1, q] - touch[2 * k, q])
+        station_at(sections, tendons, ends, tau, spread, world, axis, s_exit, grid, k, s, row)
+        pressed(row, g, press, loads[at])
+        for q in range(6):
+            W[q] = wrench[k + 1, q] + (0.5 * h * (loads[1, q] + loads[2, q]) if j == 0 else 0.0)
+            values[at, q] = x[2 * k, q] + c * slope * (x[2 * k + 1, q] - x[2 * k, q])
+        local_wrench(g, W, have)
+        good = balance(row, ends.shape[0], length, reach, have, values[at], work) and good
+    return good
+
+
+@jit
+def blend(values, t, out):
+    """out (6,) = the cubic through ``values`` (4, 6) at t."""
+    a, b, c, d = cubic_weights(t)
+    for q in range(6):
+        out[q] = a * values[0, q] + b * values[1, q] + c * values[2, q] + d * values[3, q]
+
+
+@jit
 def sample(sections, tendons, ends, tau, spread, world, axis, s_exit, grid, n, station, x, start, frame, touch, wrench,
-           length, reach, at, row, out, work):  # fmt: skip
+           end, length, reach, at, row, out, work):  # fmt: skip
     """Rows (p - o, R, v, u, N, M) of ``out`` (m, 24) at arc lengths ``at`` (m,); at a node, those of the step after it.
 
-    row (W,): a station to write to. ends (T,): where each tendon ends.
+    Within a step strains and loads are cubic through its ends and stages. row (W,): a station to write to. ends (T,): where
+    each tendon ends.
     """
-    k, flat = 0, x.reshape(-1)
-    have, W = work[3, 0], work[3, 3]
+    k, last, good = 0, -1, True
+    have, W, phi, pair = work[3, 0], work[3, 3], work[3, 5], work[3, 6]
+    values, loads = work[2, :4, :6], work[2, 4:8, :6]
     for i in range(at.shape[0]):
         k = find_step(grid, n, at[i], k)
         h, T = grid[k + 1] - grid[k], at[i] - grid[k]
-        magnus(start[k], 0, flat, 12 * k, T, h, out[i], 0)
-        here = (T - GAUSS * h) / (h * (1.0 - 2.0 * GAUSS))
-        station_at(sections, tendons, ends, tau, spread, world, axis, s_exit, grid, k, at[i], row)
-        wrench_at(grid, k, at[i], station, frame, touch, wrench, work[3, 1], work[3, 2], W)
+        if k != last:
+            good = edges(sections, tendons, ends, tau, spread, world, axis, s_exit, grid, station, x, start, end, frame,
+                         touch, wrench, length, reach, k, row, values, loads, work)  # fmt: skip
+            last = k
+        blend(values, GAUSS * T / h, pair[:6])
+        blend(values, (1.0 - GAUSS) * T / h, pair[6:])
+        if T > 0.0:
+            magnus(start[k], 0, pair, 0, T, T, out[i], 0)
+        else:
+            for q in range(12):
+                out[i, q] = start[k, q]
         for q in range(6):
-            out[i, 12 + q] = x[2 * k, q] + here * (x[2 * k + 1, q] - x[2 * k, q])
+            W[q] = wrench[k + 1, q]
+        for j in range(2):  # Gauss's rule over what is left of the step
+            blend(loads, (T + (GAUSS if j == 0 else 1.0 - GAUSS) * (h - T)) / h, phi[:6])
+            for q in range(6):
+                W[q] += 0.5 * (h - T) * phi[q]
+        station_at(sections, tendons, ends, tau, spread, world, axis, s_exit, grid, k, at[i], row)
+        blend(values, T / h, out[i, 12:18])
         local_wrench(out[i], W, have)
-        if not balance(row, ends.shape[0], length, reach, have, out[i, 12:18], work):
+        if not (good and balance(row, ends.shape[0], length, reach, have, out[i, 12:18], work)):
             out[i, 12:18] = math.nan
         p0, p1, p2 = out[i, 0], out[i, 1], out[i, 2]
         out[i, 18], out[i, 19], out[i, 20] = W[0], W[1], W[2]
@@ -1046,7 +1106,7 @@ def compile_all() -> None:
         f"({line}, {whole}, {table}, {hyper}, {', '.join([cube] * 4)}, {table}, {table}, {cube}, {table}, {table}, {line},"
         f" {table}, {table}, {table}, {table}, {cube})"
     )
-    sample.compile(f"({known}, float64, float64, {line}, {line}, {table}, {cube})")
+    sample.compile(f"({known}, {table}, float64, float64, {line}, {line}, {table}, {cube})")
     unbalanced.compile(f"({known}, {line}, {table}, {line}, {table}, {table}, {cube})")
     response_at.compile(
         f"({known}, {hyper}, {cube}, {cube}, {table}, {table}, {table}, {table}, {line}, {table}, {table}, {line},"

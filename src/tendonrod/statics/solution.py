@@ -14,6 +14,7 @@ import numpy as np
 CONVERGED, LOCAL_FAILED, STALLED, TOO_SMALL = 0, 1, 2, 3  # the kernel's codes; it is imported only when needed
 START_CAPACITY, MOST_STEPS = 24, 20_000
 NOTICE = "tendonrod: compiling {}, about {} s, once per installation"
+LONG, COARSEST = 0.05, 3e-6  # m below which a length's share counts; of the length: else a shape fails its own balance
 RETRACTED = 1e-200  # m of exposed length below which nothing is exposed
 PATIENCE = 2.0  # s after which loading a kernel must be compiling it
 _kernels: dict[str, ModuleType] = {}
@@ -50,6 +51,11 @@ def _import(name: str) -> ModuleType:
     except RuntimeError:  # neither the package's folder nor the user's can be written: keep the code for this process
         config.CACHE_DIR = tempfile.mkdtemp(prefix="tendonrod-")  # pyright: ignore[reportAttributeAccessIssue]
         return import_module(f".{name}", __package__)
+
+
+def worked_accuracy(accuracy: float, length: float) -> float:
+    """Accuracy (m) that is worked with: as asked for, but never more than a small share of the exposed length (m)."""
+    return max(1e-12, min(accuracy * min(1.0, length / LONG), COARSEST * length))
 
 
 class Solution:

@@ -210,7 +210,7 @@ class Trial:
     def rows(self, at: np.ndarray) -> np.ndarray:
         """(n, 24) read-only rows p[3] R[9] v[3] u[3] N[3] M[3] at arc lengths ``at`` (n,), m."""
         p, rows, row, at = self.problem, np.empty((at.size, 24)), np.empty(self.station.shape[1]), np.array(at)
-        self.kernel.sample(*self._where, p.length, p.robot.rod_constants[12], at, row, rows, self.work)
+        self.kernel.sample(*self._where, self.end, p.length, p.robot.rod_constants[12], at, row, rows, self.work)
         rows[:, :3] += p.frame[:3]
         rows.setflags(write=False)
         return rows

@@ -1,0 +1,37 @@
+"""Where the tip can go: thousands of shapes at once, on all cores."""
+
+import numpy as np
+
+import tendonrod
+
+robot = tendonrod.load_robot("exonav-1")
+tension, insertion = np.meshgrid(np.linspace(0.0, 1.0, 41), np.linspace(0.2, 1.0, 41))
+batch = tendonrod.solve_batch(
+    robot,
+    tension.ravel(),
+    gravity=(-9.81, 0.0, 0.0),
+    insertion=insertion.ravel(),
+)
+assert batch.converged.all(), batch.counts
+
+# every item is what a single solve gives, to the last bit
+one = tendonrod.solve(
+    robot, tension.flat[700], (-9.81, 0.0, 0.0), insertion=insertion.flat[700]
+)
+assert (batch.tip[700] == one.tip).all()
+
+
+def show() -> None:
+    import matplotlib.pyplot as plt
+
+    _, axes = plt.subplots(figsize=(6.0, 4.2), layout="constrained")
+    x, y, z = 1e3 * batch.tip.T
+    dots = axes.scatter(z, y, c=tension.ravel(), s=6)
+    plt.colorbar(dots, label="tension (N)")
+    axes.set(xlabel="z of the tip (mm)", ylabel="y of the tip (mm)", aspect="equal")
+    plt.show()
+
+
+if __name__ == "__main__":
+    print(f"{len(batch)} shapes; the tip reaches {1e3 * batch.tip[:, 1].max():.2f} mm in y")
+    show()

@@ -1,0 +1,47 @@
+"""The command line in this process, for all its tests."""
+
+import json
+
+import pytest
+
+from tendonrod.cli import main
+
+
+@pytest.fixture
+def run(capsys):
+    """Call the command line in this process; (exit status, standard output, standard error)."""
+
+    def call(*arguments) -> tuple[int, str, str]:
+        capsys.readouterr()
+        status = main([str(each) for each in arguments])
+        shown = capsys.readouterr()
+        return status, shown.out, shown.err
+
+    return call
+
+
+@pytest.fixture
+def result(run):
+    """The JSON that a command prints; it must succeed and print nothing else to standard output."""
+
+    def call(*arguments) -> dict:
+        status, out, err = run(*arguments, "--json")
+        assert status == 0, err
+        return json.loads(out, parse_constant=lambda word: pytest.fail(f"{word} is no JSON"))
+
+    return call
+
+
+@pytest.fixture
+def refused(run):
+    """The one line on standard error of a command that must be refused as bad input."""
+
+    def call(*arguments, status=2) -> str:
+        got, out, err = run(*arguments)
+        assert (got, out) == (status, ""), err
+        assert err.startswith("tendonrod: error: ")
+        assert err.count("\n") == 1
+        assert err.endswith("\n")
+        return err.removeprefix("tendonrod: error: ").rstrip("\n")
+
+    return call
