@@ -1,4 +1,4 @@
-"""Pull a tendon by its length, as a motor does, and see how much of the pull its own stretch takes."""
+"""Pull a tendon by its length, as a motor does; part of the pull is its own stretch."""
 
 import numpy as np
 
@@ -39,5 +39,6 @@ def show() -> None:
 
 
 if __name__ == "__main__":
-    print(f"stretch at {tension:.3f} N: {1e3 * stretch:.3f} mm of {1e3 * lengths[-1]:.1f}")
+    whole = 1e3 * lengths[-1]
+    print(f"stretch at {tension:.3f} N: {1e3 * stretch:.3f} mm of {whole:.1f} mm")
     show()

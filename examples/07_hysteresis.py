@@ -1,4 +1,4 @@
-"""Pull a tendon that rubs, let go, and pull again: tension depends on what was before."""
+"""Pull a tendon that rubs, let go, and pull again: what it does depends on its past."""
 
 import numpy as np
 
@@ -9,10 +9,11 @@ gravity = (-9.81, 0.0, 0.0)
 up, down = np.linspace(0.1, 0.7, 25), np.linspace(0.7, 0.1, 25)
 tensions = np.concatenate([up, down, up])  # N
 
+s = np.linspace(0.0, robot.length_na, 41)
 shapes = []
 for tension in tensions:
     before = shapes[-1] if shapes else None  # what friction holds on to
-    shapes.append(tendonrod.solve(robot, tension, gravity=gravity, history=before))
+    shapes.append(tendonrod.solve(robot, tension, gravity, s=s, history=before))
 tips = np.array([shape.tip for shape in shapes])
 
 # the second pull ends where the first did, though it went another way

@@ -31,15 +31,14 @@ def show() -> None:
     ):
         x, y, z = 1e3 * shape.centerline.T
         axes.fill_between(z, y - radius, y + radius, color=colour, label=label)
-    axes.axhspan(15.0, 17.0, color="0.85")
-    for point, normal, force in zip(
-        contacts.point, contacts.normal, contacts.force, strict=True
-    ):
-        start, way = 1e3 * point, 1e3 * 5.0 * force * normal
-        axes.annotate(
-            "", (start + way)[[2, 1]], start[[2, 1]], arrowprops={"color": "tab:red"}
-        )
-    axes.set(xlabel="z (mm)", ylabel="y (mm)", aspect="equal")
+    axes.axhspan(15.0, 16.5, color="0.85")
+    middle = 1e3 * np.average(contacts.point, axis=0, weights=contacts.force)
+    end = middle + 1e3 * contacts.total  # 1 mm for each millinewton
+    arrow = {"arrowstyle": "->", "color": "tab:red", "linewidth": 1.5}
+    axes.annotate("", end[[2, 1]], middle[[2, 1]], arrowprops=arrow, zorder=5)
+    style = {"color": "tab:red", "ha": "center", "va": "top"}
+    axes.annotate("force of the wall", end[[2, 1]], **style)
+    axes.set(xlabel="z (mm)", ylabel="y (mm)", aspect="equal", ylim=(-3, 25))
     axes.legend(loc="upper left")
     plt.show()
 

@@ -27,11 +27,12 @@ def show() -> None:
     _, axes = plt.subplots(figsize=(6.0, 4.2), layout="constrained")
     x, y, z = 1e3 * batch.tip.T
     dots = axes.scatter(z, y, c=tension.ravel(), s=6)
-    plt.colorbar(dots, label="tension (N)")
+    plt.colorbar(dots, label="tension (N)", shrink=0.6)
     axes.set(xlabel="z of the tip (mm)", ylabel="y of the tip (mm)", aspect="equal")
     plt.show()
 
 
 if __name__ == "__main__":
-    print(f"{len(batch)} shapes; the tip reaches {1e3 * batch.tip[:, 1].max():.2f} mm in y")
+    reach = 1e3 * batch.tip[:, 1].max()
+    print(f"{len(batch)} shapes; the tip reaches y: {reach:.2f} mm")
     show()

@@ -186,7 +186,7 @@ def test_weight_at_the_centroid(result, exonav1):
 
 def numbers(out: str, start: str) -> list[float]:
     """Those of the row that begins so, after "per unit"."""
-    (row,) = [line for line in out.splitlines() if line.startswith(start)]
+    (row,) = [line for line in out.splitlines() if line.startswith(start) and " per " in line]
     return [float(word) for word in row.partition("per")[2].split() if word.lstrip("-")[0].isdigit()]
 
 

@@ -117,8 +117,14 @@ def test_a_scene_is_solved_as_its_arguments_say(scene):
         ("gravity = 1\n", "here.toml: gravity = 1: must be one of the keys at the top: tolerance_mm, exit, point"),
         ("[[mass]]\n", "here.toml: mass[0].mass_g = missing: must be given"),
         ("[mass]\nmass_g = 1\n", "here.toml: mass = {'mass_g': 1}: must be tables, [[mass]], with two brackets"),
-        ("[[mass]]\nmass_kg = 1\n", "mass[0].mass_kg = 1: must be one of the keys of [mass[0]]: mass_g, at_mm, offset_mm"),
-        ("[[mass]]\nmass_g = 1\ncolour = 2\n", "mass[0].colour = 2: must be one of the keys of [mass[0]]: mass_g, at_mm"),
+        (
+            "[[mass]]\nmass_kg = 1\n",
+            "mass[0].mass_kg = 1: must be one of the keys of [mass[0]]: mass_g, at_mm, offset_mm",
+        ),
+        (
+            "[[mass]]\nmass_g = 1\ncolour = 2\n",
+            "mass[0].colour = 2: must be one of the keys of [mass[0]]: mass_g, at_mm",
+        ),
         ("[[mass]]\nmass_g = -1\n", "here.toml: mass[0].mass_g = -1.0: must be >= 0"),
         ("[[mass]]\nmass_g = 'a'\n", "here.toml: mass[0].mass_g = 'a': must be a finite number"),
         ("[[mass]]\nmass_g = 1\nat_mm = -3\n", "here.toml: mass[0].at_mm = -3.0: must be >= 0"),
@@ -133,8 +139,14 @@ def test_a_scene_is_solved_as_its_arguments_say(scene):
         ("[[distributed]]\nstart_mm = 20\nend_mm = 10\n", "distributed[0].end_mm = 10.0: must be > start_mm = 20.0"),
         ("[[surface]]\nradius_mm = 1\n", "here.toml: surface[0].type = missing: must be one of plane, tube, cylinder"),
         ("[[surface]]\ntype = 'cone'\n", "here.toml: surface[0].type = 'cone': must be one of plane, tube, cylinder"),
-        ("[[surface]]\ntype = 'plane'\npoint_mm = [0, 0, 0]\n", "here.toml: surface[0].normal = missing: must be given"),
-        (PLANE + "radius_mm = 1\n", "surface[0].radius_mm = 1: must be one of the keys of [surface[0]]: type, point_mm"),
+        (
+            "[[surface]]\ntype = 'plane'\npoint_mm = [0, 0, 0]\n",
+            "here.toml: surface[0].normal = missing: must be given",
+        ),
+        (
+            PLANE + "radius_mm = 1\n",
+            "surface[0].radius_mm = 1: must be one of the keys of [surface[0]]: type, point_mm",
+        ),
         (PLANE.replace("[1, 0, 0]", "[0, 0, 0]"), "here.toml: surface[0].normal = [0.0, 0.0, 0.0]: must be a vector"),
         (
             "[[surface]]\ntype = 'sphere'\ncenter_mm = [0, 0, 9]\nradius_mm = 0\n",

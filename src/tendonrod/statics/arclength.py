@@ -1,9 +1,9 @@
-"""`Curve`: equilibria along a parameter by pseudo-arclength continuation; `Linear`: the second variation (docs/method).
+"""`Curve`: equilibria along a parameter by pseudo-arclength continuation (docs/method).
 
-Unknowns are the strains x, the tensions of tendons that are pulled by length, and the parameter t. Distances combine the
-share of the parameter's interval and the root mean square of turning (rad) and stretching. Predictor: the tangent.
-Corrector: Newton in the plane across it, with two right hand sides for the rod's one factorisation. Source: H. B. Keller,
-Numerical solution of bifurcation and nonlinear eigenvalue problems, 1977.
+Unknowns are the strains x, the tensions of tendons that are pulled by length, and the parameter t. Distances combine
+the share of the parameter's interval and the root mean square of turning (rad) and stretching. Predictor: the tangent.
+Corrector: Newton in the plane across it, with two right hand sides for the rod's one factorisation. Source: H. B.
+Keller, Numerical solution of bifurcation and nonlinear eigenvalue problems, 1977.
 """
 
 from __future__ import annotations
@@ -16,7 +16,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..errors import InvalidInput
-from .problem import RodProblem, problem_of
+from .problem import RodProblem
+from .second_variation import Linear
 from .trial import Trial
 
 if TYPE_CHECKING:
@@ -29,6 +30,9 @@ BALANCED, ALMOST = 1e-11, 1e-8  # last correction: to be met, and enough where r
 LARGEST_ANGLE, SMALL_ANGLE = 0.4, 0.12  # rad between tangents: above, the step is halved; below, it grows
 LOCATED = 1e-9  # of a step: how well folds and bifurcations are located
 BESIDE = 1e-3  # of a step: where the directions on both sides of a fold are counted
+
+
+Progress = Callable[[int, float], object]
 
 
 @dataclass(frozen=True)
@@ -44,64 +48,6 @@ def by_difference(problem: Callable[[float], RodProblem], half: float) -> Family
     return Family(problem, lambda t: (problem(t + half), problem(t - half), 2.0 * half))
 
 
-
-
-class Linear:
-    """A balanced or nearly balanced trial, factored; tendons pulled by length answer too."""
-
-    def __init__(self, trial: Trial) -> None:
-        self.trial, strands = trial, trial.strands
-        self.negative = trial.factor()
-        self.missing, self.active, self.answers = np.empty(0), np.empty(0, dtype=int), []
-        if strands is None:
-            return
-        strands.along(trial, trial.x)
-        missing = strands.missing(trial)
-        self.active = np.array([i for i in strands.driven if trial.tensions[i] > 0.0 or missing[i] > 0.0], dtype=int)
-        self.missing = missing
-        self.answers = [self._rod(trial.share[:, i, None] * strands.pull[:, i]) for i in self.active]
-        by = [[-self._length(i, strain) for strain, _ in self.answers] for i in self.active]
-        self.slope = np.reshape(by, (len(by), len(by))) + np.diag(strands.stretch(trial)[self.active])
-        self.negative -= int((np.linalg.eigvals(self.slope).real < 0.0).sum()) if len(by) else 0
-
-    def solve(self, left: np.ndarray, missing: np.ndarray | float = 0.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """(strains (2n, 6), tensions (T,), motion of the tip (3,)) that remove an imbalance and missing pulled lengths."""
-        (strain, tip), tau = self._rod(left), np.zeros(self.trial.n_tendons)
-        if len(self.active):
-            want = np.broadcast_to(missing, tau.shape)[self.active]
-            tau[self.active] = np.linalg.solve(self.slope, want + [self._length(i, strain) for i in self.active])
-            strain = strain + sum(tau[i] * each for i, (each, _) in zip(self.active, self.answers, strict=True))
-            tip = tip + sum(tau[i] * each for i, (_, each) in zip(self.active, self.answers, strict=True))
-        return strain, tau, tip
-
-    def softest(self) -> float:
-        """The smallest share mu, in size, such that the rod would be singular were all sections softer by it.
-
-        J phi = mu H phi with the Hessian H of the sections alone, by inverse iteration: 1 without load, 1 - P / P_c for a
-        column, 0 at a fold or bifurcation, negative beyond.
-        """
-        trial, w = self.trial, self.trial.weights[:, None]
-        phi, found = np.random.default_rng(1).normal(size=trial.x.shape), inf
-        phi /= np.sqrt(trial.station[:, :6])
-        for _ in range(40):
-            push = np.einsum("jab,jb->ja", trial.hessian, phi)
-            answer = -self.solve(push)[0]
-            work = float((w * push * answer).sum())
-            before, found = found, float((w * push * phi).sum()) / work if work else 0.0
-            if abs(found - before) <= 1e-3 * abs(found):
-                break
-            phi = answer / np.abs(answer[:, 3:]).max()
-        return found
-
-    def _rod(self, left: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        strain, twist = self.trial.respond(left)
-        return strain.copy(), twist[-1, :3] + np.cross(twist[-1, 3:], self.trial.end[-1, :3])
-
-    def _length(self, i: int, strain: np.ndarray) -> float:
-        trial = self.trial
-        return float((trial.weights[:, None] * trial.strands.pull[:, i] * strain).sum())  # pyright: ignore
-
-
 def carried_over(solution: Solution | NewtonSolution, problem: RodProblem, n: int) -> Trial:
     """A solution's strains, and tensions of tendons pulled by length, on an even grid of about ``n`` steps."""
     trial = Trial(problem, problem.grid(n))
@@ -110,17 +56,6 @@ def carried_over(solution: Solution | NewtonSolution, problem: RodProblem, n: in
         trial.tensions[trial.strands.driven] = solution.tensions[trial.strands.driven]
         trial.place()
     return trial
-
-
-def softest(solution: Solution | NewtonSolution) -> float:
-    """`Linear.softest` of a solution; the tendons that are pulled by length answer."""
-    trial = Trial(problem_of(solution), solution.grid.copy())
-    trial.take(solution)
-    trial.walk()
-    return Linear(trial).softest()
-
-
-# ---- the curve
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,7 +72,7 @@ class State:
 
 @dataclass(frozen=True, eq=False)
 class Point(State):
-    """A balanced state, with the unit tangent and what is known there. tip_slope: motion of the tip along the tangent."""
+    """A balanced state and what is known there. tangent: of unit length; tip_slope: motion of the tip along it."""
 
     tangent: State
     tip: np.ndarray
@@ -167,7 +102,9 @@ class Curve:
         problem = self.family.problem(state.t) if problem is None else problem
         marks = _marks(problem)
         if len(marks) != len(self.marks):
-            raise InvalidInput("parameter", state.t, "one that leaves all joints, ends and loads exposed or hidden as they are")
+            raise InvalidInput(
+                "parameter", state.t, "one that leaves all joints and loads exposed or hidden as they are"
+            )
         trial = Trial(problem, np.interp(self.first.grid, self.marks, marks))
         trial.x[:] = state.x
         if self.driven.size:
@@ -182,14 +119,14 @@ class Curve:
         high, low = self.trial(state, up), linear.trial if down is None else self.trial(state, down)
         missing = 0.0
         if high.strands is not None and low.strands is not None:
-            for each in (high, low):
-                each.strands.along(each, each.x)
+            high.strands.along(high, high.x)
+            low.strands.along(low, low.x)
             missing = (high.strands.missing(high) - low.strands.missing(low)) / size
         strain, tau, tip = linear.solve((high.left - low.left) / size, missing)
         return State(strain, tau, 1.0), tip + (_tip(high) - _tip(low)) / size
 
     def corrected(self, guess: State, towards: State, origin: State | None = None, at: float = 0.0) -> Point | None:
-        """The balanced point near ``guess``, at its parameter; or in the plane across ``towards`` at a distance from ``origin``.
+        """The balanced point near ``guess``: at its parameter, or in a plane across ``towards``, ``at`` from ``origin``.
 
         The tangent points to the side of ``towards``.
         """
@@ -240,8 +177,8 @@ class Curve:
 
     # ---- along it
 
-    def follow(self, t: float, sense: float, largest: float, most: int, progress: Callable[[int, float], object]) -> Way:
-        """Points from the trial's at ``t``, first towards larger t or (sense -1) smaller, until t leaves the interval."""
+    def follow(self, t: float, sense: float, largest: float, most: int, progress: Progress) -> Way:
+        """Points from the trial's at ``t``, first towards larger t, or smaller (sense -1), until t leaves the interval."""
         first = self.begin(t, sense)
         if first is None:
             return Way([], "the start could not be balanced on the grid of the branch")
@@ -268,13 +205,15 @@ class Curve:
 
     def begin(self, t: float, sense: float) -> Point | None:
         """The first trial, balanced."""
-        x = self.first.x
-        return self.corrected(State(x, self.first.tensions, t), towards=State(0.0 * x, 0.0 * self.first.tensions, sense))
+        x, tau = self.first.x, self.first.tensions
+        return self.corrected(State(x, tau, t), State(0.0 * x, 0.0 * tau, sense))
 
     def ahead(self, t: float, largest: float, most: int) -> Place | None:
-        """The first fold from the trial's ``t`` on towards larger t, or the end of the interval; None if neither is found."""
+        """The first fold from the trial's ``t`` on towards larger t, or the interval's end; None if neither is found."""
         p, ds = self.begin(t, 1.0), 0.5 * largest
-        for _ in range(most if p is not None else 0):
+        if p is None:
+            return None
+        for _ in range(most):
             q, bent = self._next(p, ds)
             if q is None:
                 ds *= 0.5
@@ -289,7 +228,7 @@ class Curve:
         return None
 
     def _next(self, p: Point, ds: float) -> tuple[Point | None, float]:
-        """(point at the distance ``ds``, None if the branch is lost or bends too much on the way, angle it bends by)."""
+        """(point at the distance ``ds``, None where the branch is lost or bends too much, angle it bends by)."""
         q = self.at(p, ds)
         angle = inf if q is None else float(np.arccos(min(1.0, self.dot(p.tangent, q.tangent))))
         return (q if angle <= LARGEST_ANGLE else None), angle
@@ -318,8 +257,7 @@ class Curve:
         if p.tangent.t * q.tangent.t >= 0.0:
             return self._bifurcations(p, 0.0, ds, p.negative, q.negative)
         fold, s = self._turn(p, ds)
-        beside = [self.at(p, s - BESIDE * ds), self.at(p, s + BESIDE * ds)]
-        before, after = (each.negative if each is not None else end.negative for each, end in zip(beside, (p, q), strict=True))
+        before, after = (self.at(p, s - BESIDE * ds) or p).negative, (self.at(p, s + BESIDE * ds) or q).negative
         places = self._bifurcations(p, 0.0, s - BESIDE * ds, p.negative, before)
         places.append(Place(fold, "fold", (before, after)))
         return places + self._bifurcations(p, s + BESIDE * ds, ds, after, q.negative)
@@ -356,7 +294,7 @@ class Curve:
         return found
 
     def _differ(self, one: int, other: int) -> bool:
-        """Whether directions change sides between the two counts; without a potential only the determinant's sign counts."""
+        """Whether directions change sides between the counts; without a potential only the determinant's sign counts."""
         return one != other if self.conservative else (one - other) % 2 != 0
 
 
@@ -383,7 +321,7 @@ class Way:
 
 
 def _marks(problem: RodProblem) -> np.ndarray:
-    """Arc lengths of the base, of joints, breaks, point loads and ends of loads within the exposed rod, and of the tip, m."""
+    """Arc lengths of the base, of joints, breaks, point loads and ends of loads that are exposed, and of the tip, m."""
     return problem.grid(0)
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..errors import Fact, InvalidInput, finite, nonnegative, positive, vector, whole
 from .arclength import Curve, Family, Point, Way, carried_over
-from .derivatives import LINEAR, _columns, change
+from .derivatives import LINEAR, _name, _scalars, _sides, change
 from .newton import NewtonSolution
 from .problem import Request, RodProblem, problem_of, rod_problem
 from .shape import Shape, Status
@@ -30,8 +30,8 @@ GIVEN = (*LINEAR, "tensions", "insertion", "rotation", "loads")
 class Critical:
     """A place of a branch where a direction changes between stable and unstable.
 
-    parameter; tip (3,) m; index: number of the point in the `Branch`; negative: number of unstable directions just before
-    and just after, None where the loads have no potential.
+    parameter; tip (3,) m; index: number of the point in the `Branch`; negative: number of unstable directions just
+    before and just after, None where the loads have no potential.
     """
 
     parameter: float
@@ -55,8 +55,8 @@ class Branch:
     - robot; name of the parameter; ended: a sentence that says why the branch goes no farther.
     - parameter (k,); tip (k, 3) m; arclength (k,), from the start, dimensionless.
     - slope (k,) and tip_slope (k, 3): derivatives of parameter and tip by arclength; slope is 0 at a fold.
-    - negative (k,): number of directions in which the energy falls; stable (k,): whether there is none. False at a fold or
-      bifurcation. None where the loads have no potential.
+    - negative (k,): number of directions in which the energy falls, tendons pulled by length held at that length;
+      stable (k,): whether there is none, False at a fold or bifurcation. None where the loads have no potential.
     - energy (k,) J: rod, loads and tendons, those pulled by length with what they store; None as above.
     - folds, bifurcations: in order.
     """
@@ -109,12 +109,12 @@ def follow_branch(
 
     - start: a solved `Shape`, without friction or a surface.
     - parameter: one number named as for `Shape.jacobian`, such as "tip_force[2]", "tensions[0]", "insertion"; or a
-      function of t that gives arguments of `solve`, of gravity, tip_force, tip_moment, distributed_force,
-      distributed_moment, tensions, insertion, rotation, loads, such as ``lambda t: {"tip_force": (sin(t), 0, -cos(t))}``;
-      at ``begin`` it must give those of ``start``. exit_rotation counts from the start.
+      function of t that gives arguments of `solve`, such as ``lambda t: {"tip_force": (sin(t), 0, -cos(t))}``, of
+      gravity, tip_force, tip_moment, distributed_force, distributed_moment, tensions, insertion, rotation, loads; at
+      ``begin`` it must give those of ``start``. exit_rotation counts from the start.
     - stop: end of the interval that begins at the start's value; or both its ends, first towards the last.
-    - step: largest step along the branch, measured by the share of the interval and by the rod's root mean square turning
-      (rad) together, 0.08 if None; two events closer than a step may hide each other.
+    - step: largest step along the branch, measured by the share of the interval and by the rod's root mean square
+      turning (rad) together, 0.08 if None; two events closer than a step may hide each other.
     - most: points at most, folds and bifurcations not counted.
     - steps: of the integrator, the same all along; twice the start's and at least 40 if None.
     - progress: called with (number of points, parameter) after each.
@@ -126,17 +126,18 @@ def follow_branch(
     start._must_be_solved("start")
     asked = problem_of(start._solution).request
     if asked.surface is not None or asked.robot.friction.any():
-        raise InvalidInput("start", Fact("a shape with friction or a surface"), "one without: its branches have corners")
+        raise InvalidInput("start", Fact("a shape with friction or a surface"), "one without, whose branch is smooth")
     largest = STEP if step is None else positive("step", step)
     most = whole("most", most, 2)
     n = whole("steps", max(FEWEST_STEPS, 2 * start.steps) if steps is None else steps, 1, MOST_STEPS)
     if isinstance(parameter, str):
-        (column, *_), *others = _columns(asked, parameter)
+        (stem, i, *_), *others = _scalars(asked, parameter)
+        name = _name(stem, i)
         if others:
-            raise InvalidInput("parameter", parameter, f"one number, such as {column}")
-        name, t = column, _value(asked, column)
+            raise InvalidInput("parameter", parameter, f"one number, such as {name}")
+        t = _value(asked, name)
         low, high, sense = _interval(stop, t)
-        family = _named(asked, column, t)
+        family = _named(asked, name, t)
     elif callable(parameter):
         name, t = "t", finite("begin", begin)
         low, high, sense = _interval(stop, t)
@@ -191,7 +192,7 @@ def _named(asked: Request, column: str, at: float) -> Family:
         return asked if t == at else change(asked, column, t - at)
 
     def sides(t: float) -> tuple[RodProblem, RodProblem | None, float]:
-        _, up, down, size = next(_columns(request(t), column))
+        up, down, size = _sides(request(t), *_scalars(asked, column)[0])
         return rod_problem(up), None if down is None else rod_problem(down), size
 
     return Family(lambda t: rod_problem(request(t)), sides)
@@ -227,8 +228,8 @@ def _checked(asked: Request, given: Mapping[str, Any]) -> dict[str, Any]:
             found[key] = tuple(vector(key, value, 3).tolist())
         elif key == "tensions":
             T = asked.robot.n_tendons
-            values = np.full(T, value) if np.ndim(value) == 0 else value
-            found[key] = np.array([nonnegative(f"tensions[{i}]", v) for i, v in enumerate(vector(key, values, T).tolist())])
+            values = vector(key, np.full(T, value) if np.ndim(value) == 0 else value, T)
+            found[key] = np.array([nonnegative(f"tensions[{i}]", each) for i, each in enumerate(values.tolist())])
         else:
             found[key] = tuple(value) if key == "loads" else finite(key, value)
     return found
@@ -238,7 +239,8 @@ def _value(asked: Request, column: str) -> float:
     """What an input, named as in `Jacobian.names`, is now."""
     stem, _, rest = column.partition("[")
     if not rest:
-        return float(getattr(asked, column) if column in ("insertion", "rotation") else asked.robot.parameters()[column])
+        own = column in ("insertion", "rotation")
+        return float(getattr(asked, column) if own else asked.robot.parameters()[column])
     if stem == "loads":
         index, _, name = rest.partition("].")
         name, _, part = name.partition("[")
@@ -249,7 +251,8 @@ def _value(asked: Request, column: str) -> float:
         return 0.0
     if stem == "exit_position":
         return 0.0 if asked.pose is None else float(asked.pose[i, 3])
-    return float(getattr(asked, {"displacements": "pulled", "exit_tilt": "tilt", "exit_offset": "offset"}.get(stem, stem))[i])
+    field = {"displacements": "pulled", "exit_tilt": "tilt", "exit_offset": "offset"}.get(stem, stem)
+    return float(getattr(asked, field)[i])
 
 
 def _interval(stop: float | Sequence[float], t: float) -> tuple[float, float, float]:

@@ -22,12 +22,12 @@ ENOUGH = 1.0 / 16384  # step of the load factor below which a loss of stability 
 SMALLEST = 1.0 / 65536  # step of the load factor at which the way counts as closed
 FINE_STEPS = 80  # of the integrator, from where a way closed: they place a fold to 1e-8
 SLIGHT = 1e-6  # change of the load factor in central differences
-CURVE_STEP, CURVE_POINTS = 0.08, 60  # along the branch, from where a way closed
+CURVE_STEP, CURVE_POINTS = 0.1, 300  # along the branch, from where a way closed
 # Ways from (load, tension) = (0, .) to (1, 1); the first starts from the tendons alone, where the answer is known.
 WAYS = (((0.0, 1.0), (1.0, 1.0)), ((0.0, 0.0), (1.0, 1.0)), ((0.0, 0.0), (1.0, 0.0), (1.0, 1.0)))
 
 
-def follow_load(target: S) -> tuple[S | NewtonSolution, float]:
+def follow_load(target: Solution | NewtonSolution) -> tuple[Solution | NewtonSolution, float]:
     """(solution of ``target``'s problem, 1), or where no way leads there, (``target`` as failed, load factor).
 
     Code and factor are then those of the first way: the critical load factor where that ends at a fold.
@@ -52,7 +52,9 @@ def follow_load(target: S) -> tuple[S | NewtonSolution, float]:
     return target, factors[0]
 
 
-def _beyond(target: S, way, last: S, reached: float) -> NewtonSolution | float | None:
+def _beyond(
+    target: Solution | NewtonSolution, way, last: Solution | NewtonSolution, reached: float
+) -> NewtonSolution | float | None:
     """What pseudo-arclength continuation finds where a way in one leg closed.
 
     The full load's solution, where the branch goes on; the load factor of the fold, where it ends; else None.

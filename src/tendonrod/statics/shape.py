@@ -50,7 +50,7 @@ class Stability(StrEnum):
     AT_A_FOLD = "at a fold"
 
 
-AT_A_FOLD = 1e-5  # `Linear.softest` below which a shape stands at a fold or bifurcation
+AT_A_FOLD = 1e-5  # of `Linear.softest`: below it which a shape stands at a fold or bifurcation
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -58,7 +58,7 @@ class Shape:
     """Configuration of the exposed robot at the arc lengths ``s`` (n,), 0 at the outer tube's exit; SI, world frame.
 
     Made by `tendonrod.solve`. It also holds ``robot``, ``status`` (`Status`) and ``load_factor``, the share of the load
-    that was reached: the critical one where the branch ends at a fold. All arrays are read-only. A shape that did not converge holds NaN.
+    that was reached, the critical one where the branch ends at a fold. All arrays are read-only. A shape that did not converge holds NaN.
     """
 
     robot: Robot
@@ -181,12 +181,12 @@ class Shape:
         """Sign of the energy's second variation: "stable", "unstable", or "at a fold" or bifurcation; None as `stable`.
 
         The sign is that of `stable`. At a fold: the second variation vanishes in some direction if the stiffness of all
-        sections, their tendons included, is changed by less than 1e-5 of itself; for a column, within 1e-5 of Euler's load.
+        sections, their tendons' included, is changed by less than 1e-5 of itself: for a column, 1e-5 beside Euler's load.
         """
         if self.stable is None:
             return None
         if self.length > RETRACTED:
-            from .arclength import softest
+            from .second_variation import softest
 
             if abs(softest(self._solution)) < AT_A_FOLD:
                 return Stability.AT_A_FOLD
