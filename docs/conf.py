@@ -34,7 +34,10 @@ autodoc_typehints = "signature"
 autodoc_preserve_defaults = True
 python_use_unqualified_type_names = True
 python_maximum_signature_line_length = 88
-MADE_BY_FUNCTIONS = ("Motion", "Plan", "Projection", "Section", "Shape", "Limit", "Status")
+MADE_BY_FUNCTIONS = (
+    "Motion", "Plan", "Projection", "Section", "Shape", "Limit", "Status", "Stability", "Contacts", "Jacobian", "Batch",
+    "Branch", "Critical", "Fold", "Bifurcation", "BalanceErrors", "Worst",
+)  # fmt: skip
 
 plot_working_directory = str(HERE.parent)
 plot_formats = [("svg", 100)]

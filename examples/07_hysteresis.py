@@ -44,5 +44,5 @@ def show() -> None:
 
 
 if __name__ == "__main__":
-    print(f"tips at equal tension lie up to {1e3 * apart:.2f} mm apart")
+    print(f"farthest apart at equal tension: {1e3 * apart:.2f} mm")
     show()

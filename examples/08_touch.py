@@ -29,7 +29,7 @@ def show() -> None:
         (free, "0.7", "without the wall"),
         (held, "tab:blue", "with the wall"),
     ):
-        x, y, z = 1e3 * shape.centerline.T
+        _, y, z = 1e3 * shape.centerline.T
         axes.fill_between(z, y - radius, y + radius, color=colour, label=label)
     axes.axhspan(15.0, 16.5, color="0.85")
     middle = 1e3 * np.average(contacts.point, axis=0, weights=contacts.force)

@@ -33,7 +33,7 @@ HEAVY = {
     *("numba", "scipy", "pandas", "xarray", "pydantic"),
     *("matplotlib", "typer", "rich", "jinja2", "trimesh", "manifold3d", "ezdxf"),
 }
-EXCEPTIONS = {"cli": {"typer"}, **dict.fromkeys(("robotfile", "robotfile_tables", "scenefile"), {"pydantic"})}
+EXCEPTIONS = {"cli": {"typer"}, **{name: {"pydantic"} for name in ("robotfile", "robotfile_tables", "scenefile")}}
 KERNEL = "statics/kernel"  # and every module whose name starts so: numba
 NOT_IN_KERNEL = {"scipy", "matplotlib", PACKAGE}
 

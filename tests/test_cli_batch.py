@@ -201,7 +201,7 @@ def test_bad_options(refused, table, tmp_path, monkeypatch, options, said):
 
 def test_a_missing_table_is_named(refused, tmp_path):
     line = refused("batch", "exonav-1", tmp_path / "no.csv", "--output", tmp_path / "out.csv")
-    assert line == f"FILE.csv = {tmp_path / 'no.csv'}: must be an existing CSV file"
+    assert line == f"TABLE.csv = {tmp_path / 'no.csv'}: must be an existing CSV file"
     assert refused("batch", "exonav-1") == "TABLE.csv = missing: must be given; see tendonrod batch --help"
 
 
@@ -223,7 +223,7 @@ def test_an_interrupt_writes_what_is_done(run, table, tmp_path, monkeypatch, col
     output = tmp_path / "results.csv"
     given = table(f"{column},gravity_x_m_s2\n" + "0.5,-9.81\n" * 3000)
     before = signal.getsignal(signal.SIGINT)
-    status, out, err = run("batch", "exonav-1", given, "--output", output, "--threads", "1", "--scene", CORD)
+    status, out, err = run("batch", "exonav-1", given, "--output", output, "--threads", "1")
     rows = list(csv.DictReader(output.open()))
     done = [row for row in rows if row["status"] == "converged"]
     assert (status, len(rows)) == (130, 3000)

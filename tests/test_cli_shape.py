@@ -304,3 +304,9 @@ def test_robots_of_every_kind_are_shown_in_full(run, result, name, places, row):
     if name == "two-segment":
         assert "tendons[0].wall = free" in out
         assert "tendons[1].end_mm = 30" in out
+
+
+def test_an_exit_inside_a_surface_is_named(refused, scene):
+    inside = scene('[[surface]]\ntype = "cylinder"\npoint_mm = [0, 2, 0]\naxis = [0, 0, 1]\nradius_mm = 3\n')
+    line = refused("shape", "exonav-1", "--tension", "0.7", "--scene", inside)
+    assert "here.toml: surface = Cylinder: must be at least 0.000572 m, the tube's radius, from the middle of" in line

@@ -8,12 +8,16 @@ import numpy as np
 import pytest
 
 from tendonrod import InvalidInput, PlainRod, Robot, Tendon, load_robot, solve
+from tendonrod.loads import LumpedMass, PointLoad
 from tendonrod.motion.follow_leader import plan_follow_leader
 from tendonrod.motion.progression import progress
 from tendonrod.plot import motion_figure, plan_figure, save, shape_figure, style
 from tendonrod.plot.shapes import strain_curve
 from tendonrod.plot.style import new_figure, reading_unit, styled
+from tendonrod.plot.surroundings import surroundings
 from tendonrod.plot.views import ABOVE, SIDE, TIP
+from tendonrod.plot.walls import near_walls, silhouette
+from tendonrod.surface import Cavity, Cylinder, Plane, Sphere, Tube, Walls
 
 DOWN = (-9.81, 0.0, 0.0)
 UNITS = ("(mm)", "(N)", "(1/m)", "(deg)", "(µm)", "(nm)", "(-)", "η", "step")
@@ -135,6 +139,84 @@ def test_the_tendon_is_drawn_where_it_runs(figures, robot):
     drawn = [np.array(line.get_data_3d()).T for line in space.lines]
     path = 1e3 * solve(robot, 0.7).tendon_path(0)
     assert any(np.allclose(line[[0, -1]], path[[0, -1]], atol=1e-3) for line in drawn)
+
+
+CORD = Cylinder(point=(0.0, 0.011, 0.0), axis=(0.0, 0.0, 1.0), radius=6.5e-3)
+
+
+@pytest.fixture(scope="module")
+def on_cord(robot):
+    loads = [
+        LumpedMass(mass=5e-4, offset=(1e-3, 0.0, 0.0)),
+        PointLoad(force=(0.0, 0.0, -2e-3), frame="body"),
+        PointLoad(force=(0.0, 1e-3, 0.0), at=0.04),
+    ]
+    return solve(robot, 0.7, DOWN, loads=loads, surface=CORD)
+
+
+def test_what_pushes_is_drawn_from_where_it_acts_to_one_scale(on_cord):
+    around = surroundings([on_cord])
+    contact, load = around.forces
+    along = contact.end - contact.start
+    np.testing.assert_allclose(np.cross(along.sum(axis=0), on_cord.contacts.total), 0.0, atol=1e-3 * abs(along).max())
+    assert CORD.distance(1e-3 * contact.start)[0] == pytest.approx(0.0, abs=5e-5)
+    assert contact.largest <= np.linalg.norm(on_cord.contacts.total) * (1 + 1e-9)
+    tip = on_cord.at([on_cord.length])
+    np.testing.assert_allclose(load.start[0], 1e3 * tip.centerline[0], atol=1e-9)
+    np.testing.assert_allclose(load.start[1], 1e3 * on_cord.at([0.04]).centerline[0], atol=1e-9)
+    arrows = load.end - load.start
+    np.testing.assert_allclose(arrows[0] / np.linalg.norm(arrows[0]), -tip.rotation[0, :, 2], atol=1e-12)
+    assert np.linalg.norm(arrows[1]) == pytest.approx(0.5 * np.linalg.norm(arrows[0]))
+    assert load.largest == 2e-3
+    np.testing.assert_allclose(around.masses[0], 1e3 * (tip.centerline[0] + 1e-3 * tip.rotation[0, :, 0]), atol=1e-9)
+
+
+def test_loads_inside_the_outer_tube_are_not_drawn(robot):
+    around = surroundings([solve(robot, 0.3, insertion=0.4, loads=[LumpedMass(mass=1e-3, at=0.01)])])
+    assert not around.forces
+    assert not len(around.masses)
+
+
+@pytest.mark.parametrize(
+    "surface",
+    [
+        Plane(point=(-2e-3, 0.0, 0.0), normal=(1.0, 0.1, 0.0)),
+        CORD,
+        Tube(point=(0.0, 0.0, 0.0), axis=(0.0, 0.1, 1.0), radius=0.03),
+        Sphere(center=(0.0, 0.011, 0.03), radius=6e-3),
+        Cavity(center=(0.0, 0.011, 0.03), radius=0.05),
+    ],
+    ids=lambda surface: type(surface).__name__,
+)
+def test_walls_are_points_of_the_surface_near_the_body(robot, surface):
+    body = solve(robot, 0.7).centerline
+    (grid,) = near_walls(surface, body)
+    assert surface.distance(grid.reshape(-1, 3))[0] == pytest.approx(0.0, abs=1e-12)
+    apart = np.linalg.norm(grid.reshape(-1, 1, 3) - body, axis=2).min(axis=1)
+    assert apart.max() < np.ptp(body, axis=0).max()
+    assert not near_walls(Plane(point=(-1.0, 0.0, 0.0), normal=(1.0, 0.0, 0.0)), body)
+    assert len(near_walls(Walls(surfaces=[surface, CORD]), body)) == 2
+
+
+def test_the_silhouette_of_a_cube_is_its_square():
+    cube = np.stack(np.meshgrid([0.0, 1.0], [0.0, 0.5, 1.0], [0.0, 1.0]), axis=-1)
+    outline = silhouette(cube[..., :2].reshape(3, -1, 2))
+    assert sorted(map(tuple, outline[:-1])) == [(0.0, 0.0), (0.0, 1.0), (1.0, 0.0), (1.0, 1.0)]
+    np.testing.assert_array_equal(outline[0], outline[-1])
+
+
+def test_figures_with_surroundings_say_so_and_lie_inside(on_cord):
+    figure = shape_figure(on_cord)
+    said = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert said[-4:-2] == ["surface", said[-3]]
+    assert said[-3].startswith("contact force, ")
+    assert said[-2:] == ["point load, longest 2 mN", "mass"]
+    for axes in panels(figure):
+        if axes.get_title(loc="left")[4:] in EYES:
+            low, high = sorted(axes.get_ylim())
+            for patch in axes.patches:
+                height = np.asarray(patch.get_path().vertices)[:, 1]
+                assert low <= height.min() < height.max() <= high
 
 
 def test_plan_figure_shows_the_plan(figures, plans):

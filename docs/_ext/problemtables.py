@@ -1,4 +1,4 @@
-"""Sphinx extension: ``.. problem-table:: elastica`` is the table of that problem of docs/problems, computed at build time."""
+"""Sphinx extension: ``.. problem-table:: elastica`` is that table of docs/problems, computed at build time."""
 
 from docutils import nodes
 from docutils.parsers.rst import Directive

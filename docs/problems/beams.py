@@ -95,9 +95,7 @@ def bend() -> Table:
         tip = solve(bent_beam(), (), **load, accuracy=1e-8).tip
         exact = rucker_webster.solve(rucker_webster.from_robot(bent_beam(), (), **load)).tip
         for name, i, text in zip(("radial, x", "along, z", "across, y"), (0, 2, 1), printed, strict=True):
-            rows.append(
-                Row(case=f"P = {force}", quantity=name, reference=exact[i], computed=tip[i], printed=text)
-            )
+            rows.append(Row(case=f"P = {force}", quantity=name, reference=exact[i], computed=tip[i], printed=text))
     return Table(rows=tuple(rows), unit="", digits=5, within=1e-6, printed="Bathe & Bolourchi 1979")
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from functools import cache
+from itertools import pairwise
 
 import numpy as np
 
@@ -146,7 +147,7 @@ def rubbed_in_turn(mu: float, tensions: tuple[float, ...]) -> list[acting.Profil
 
 
 def hysteresis() -> Table:
-    rows, arrows = [], ("", *("↑" if b > a else "↓" for a, b in zip(CYCLE[:-1], CYCLE[1:], strict=True)))
+    rows, arrows = [], ("", *("↑" if b > a else "↓" for a, b in pairwise(CYCLE)))
     pairs = zip(CYCLE, arrows, rubbed_in_turn(MU, CYCLE), pulled_in_turn(MU, CYCLE), strict=True)
     for tau, arrow, exact, shape in pairs:
         for i, axis in ((1, "y"), (2, "z")):

@@ -11,6 +11,7 @@ from .loads import DistributedLoad, LumpedMass, PointLoad
 from .robot import Robot, load_robot, preset_names
 from .section import NotchedTube, PlainRod, Section, StiffnessFactors
 from .statics.batch import Batch, solve_batch
+from .statics.branches import Branch, follow_branch
 from .statics.contact import Contacts
 from .statics.derivatives import Jacobian
 from .statics.equilibrium import solve
@@ -20,6 +21,7 @@ from .tendon import Tendon
 __version__ = "0.1.0"
 __all__ = [
     "Batch",
+    "Branch",
     "Contacts",
     "DistributedLoad",
     "InvalidInput",
@@ -40,6 +42,7 @@ __all__ = [
     "TaperedRod",
     "Tendon",
     "TendonrodError",
+    "follow_branch",
     "load_robot",
     "plan_follow_leader",
     "preset_names",

@@ -137,7 +137,8 @@ class Scene:
 
     def _in_words(self, error: InvalidInput) -> InvalidInput:
         if error.field == "surface":
-            return InvalidInput(f"{self.name}: surface", Fact("given"), error.allowed)
+            what = error.value if isinstance(error.value, Fact) else Fact("given")
+            return InvalidInput(f"{self.name}: surface", what, error.allowed)
         tables = {f"loads[{i}].": name for i, name in enumerate(self.names)}
         keys = {start + flat: key for start, name in tables.items() for flat, key in _keys(self._table, name).items()}
         return in_file_words(self.name, error, self._table, keys) if error.field in keys else error
@@ -163,7 +164,7 @@ def read_scene(source: str | PathLike[str], field: str = "scene") -> Scene:
     return Scene(name=name, **known, **_place(checked), _table=checked)
 
 
-def _surface_table(name: str, k: int, table: dict[str, Any]) -> Table:
+def _surface_table(name: str, k: int, table: dict[str, Any]) -> PlaneTable | AxisTable | CenterTable:
     if "type" not in table:
         raise InvalidInput(f"{name}: surface[{k}].type", Fact("missing"), "one of " + ", ".join(SURFACES))
     kind = one_of(f"{name}: surface[{k}].type", table["type"], SURFACES)

@@ -77,7 +77,7 @@ def differences(shape: Shape, asked: dict, column: str, s: np.ndarray) -> dict[s
     return found
 
 
-def assert_exact(robot: Robot, asked: dict, inputs, share=(0.31, 0.62, 1.0), tolerance=1e-6, **more) -> dict:
+def assert_exact(robot: Robot, asked: dict, inputs, share=(1.0,), tolerance=1e-6, **more) -> dict:
     """Every column against differences of solves; returns the worst relative error of each."""
     asked = FIXED | asked
     shape = solve(robot, **asked)
@@ -136,7 +136,7 @@ def tube() -> Robot:
 
 def two_tubes(**more) -> Robot:
     body = Segments(segments=(tube().body, prototype(3, "open_section").body), angles=(0.7,))
-    first = Tendon.opposite_backbone(radius=5e-5, end=tube().length_na, **more)
+    first = Tendon.opposite_backbone(radius=5e-5, end=0.8 * tube().length_na, **more)
     return Robot(name="two", body=body, tendons=(first, Tendon.constant(x=-4e-4, y=2e-4, **more)))
 
 
@@ -153,7 +153,19 @@ def test_every_input_of_a_notched_tube():
 
 def test_every_input_at_the_tip_of_a_shape_of_the_shooting_kernel():
     asked = LOADED | {"tensions": 0.6}
-    assert_exact(tube(), asked, ("tensions", *EVERYWHERE, "youngs_modulus", "turns", "length"), share=(1.0,))
+    assert_exact(tube(), asked, ("tensions", *EVERYWHERE, "youngs_modulus", "turns", "length"))
+
+
+@pytest.mark.parametrize("robot", [tube(), helix_rod()], ids=lambda robot: robot.name)
+def test_between_the_nodes_derivatives_are_of_the_integrator_s_order(robot):
+    inputs, worst = ("tensions", "gravity", "tip_force", "insertion", "rotation", "youngs_modulus"), []
+    for steps in (16, 32):
+        asked = LOADED | {"tensions": 0.6, "loads": [PointLoad()], "insertion": 1.0 if robot.n_tendons > 1 else 0.8}
+        asked |= {"steps": steps}
+        names = inputs if robot.n_tendons == 1 else [name for name in inputs if name != "insertion"]
+        worst.append(max(assert_exact(robot, asked, names, (0.31, 0.62), tolerance=1e-3).values()))
+    assert worst[1] < 1e-5
+    assert worst[1] < max(worst[0] / 8.0, 1e-6)
 
 
 def test_every_input_of_loads_anywhere():
@@ -170,7 +182,8 @@ def test_every_input_of_a_precurved_rod_with_three_tendons():
 def test_every_input_of_segments():
     robot = two_tubes()
     asked = LOADED | {"tensions": [0.3, 0.2]}
-    assert_exact(robot, asked, ("tensions", *EVERYWHERE, *numbers(robot)))
+    thin = {f"segment{i}_{side}_radius": 1e-5 for i in (1, 2) for side in ("inner", "outer")}  # walls of 0.1 mm
+    assert_exact(robot, asked, ("tensions", *EVERYWHERE, *numbers(robot)), **thin)
 
 
 SOME = ("gravity", "tip_force", "insertion", "rotation", "youngs_modulus", "turns", "uncut_angle")

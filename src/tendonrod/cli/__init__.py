@@ -77,14 +77,15 @@ def _streams() -> Iterator[None]:
 @contextlib.contextmanager
 def _interrupts_reach_us() -> Iterator[None]:
     """An interrupt that comes inside a callback from C, where Python can only report it, is sent once more."""
-    import _thread
+    import signal
     import threading
 
+    main_thread = threading.main_thread().ident
     before = sys.unraisablehook
 
     def again(found) -> None:
-        if issubclass(found.exc_type, KeyboardInterrupt):
-            threading.Timer(0.02, _thread.interrupt_main).start()
+        if issubclass(found.exc_type, KeyboardInterrupt) and main_thread is not None:
+            threading.Timer(0.02, signal.pthread_kill, (main_thread, signal.SIGINT)).start()  # also wakes a sleeper
         else:
             before(found)
 

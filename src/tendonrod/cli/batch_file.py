@@ -104,8 +104,14 @@ def _columns(robot: Robot) -> Columns:
     listed += ["insertion", "rotation_deg", "rotation_rad", *(each for columns in VECTORS.values() for each in columns)]
     words = ", ".join(listed)
     return Columns(
-        known=known, needed=(), wanted=f"any of {words}", listed=words, ours=_OURS, results=_RESULTS
-    )  # fmt: skip
+        file="TABLE.csv",
+        known=known,
+        needed=(),
+        wanted=f"any of {words}",
+        listed=words,
+        ours=_OURS,
+        results=_RESULTS,
+    )
 
 
 def _check_drive(table: Table, robot: Robot) -> None:

@@ -56,7 +56,9 @@ def jacobian_inputs(text: str, scene: Scene) -> tuple[str, ...]:
     for name in names:
         table = re.match(r"(point|mass|distributed)\b(\[\d+\])?", name)
         if table and table[0] not in numbers:
-            known = f"of one of the loads {', '.join(scene.names)}" if scene.names else "left out: --scene gives no load"
+            known = (
+                f"of one of the loads {', '.join(scene.names)}" if scene.names else "left out: --scene gives no load"
+            )
             raise InvalidInput("--jacobian", Fact(name), known)
     return tuple(re.sub(r"^\w+\[\d+\](?=\.)", lambda found: numbers.get(found[0], found[0]), name) for name in names)
 

@@ -58,6 +58,7 @@ def share(field: str, value: object) -> float:
 def _columns(robot: Robot) -> Columns:
     needed = ("insertion", *tension_columns(robot.n_tendons))
     return Columns(
+        file="FILE.csv",
         known=command_columns(robot),
         needed=needed,
         wanted=f"{', '.join(needed)} and, unless it is 0, rotation_deg or rotation_rad",

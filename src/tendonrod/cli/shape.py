@@ -59,7 +59,7 @@ def shape(
     centroid_weight: CentroidWeight = False,
     insertion: Annotated[str, typer.Option(metavar="ETA", help="Exposed share of the robot, from 0 to 1.")] = "1",
     rotation_deg: Annotated[
-        str, typer.Option(metavar="DEG", help="Turn of the section at the outer tube's exit about world z, degrees.")
+        str, typer.Option(metavar="DEG", help="Turn of the section at the outer tube's exit about its z, degrees.")
     ] = "0",
     samples: Annotated[
         str, typer.Option(metavar="COUNT", help="Sections evenly spread over the exposed length, 2 or more.")
@@ -106,7 +106,7 @@ def shape(
 
     from ..statics.equilibrium import solve
 
-    more = around.arguments | ({"centroid_weight": True} if centroid_weight else {})
+    more: dict[str, Any] = around.arguments | ({"centroid_weight": True} if centroid_weight else {})
     more |= {} if pulled is None else {"displacements": pulled}
     s = np.linspace(0.0, eta * chosen.length_na, count)
     with around.in_words():

@@ -105,8 +105,10 @@ def _contacts(solved: Shape) -> str:
     for k in np.unique([*chosen, int(np.argmax(found.force))]):
         force = 1e3 * found.force[k] * found.normal[k]
         line = f"{found.line_force[k]:.4g}" if found.line_force[k] > 0.0 else "tip"
-        numbers = [output.fixed(1e6 * found.gap[k], 2), f"{1e3 * found.force[k]:.4g}"]
-        rows.append([output.fixed(1e3 * found.s[k], 3), *numbers, *(output.fixed(each, 4) for each in force), line])
+        numbers = [output.fixed(1e6 * float(found.gap[k]), 2), f"{1e3 * found.force[k]:.4g}"]
+        rows.append(
+            [output.fixed(1e3 * float(found.s[k]), 3), *numbers, *(output.fixed(each, 4) for each in force), line]
+        )
     text = output.table(_CONTACT_COLUMNS, rows)
     return text if len(rows) == size else f"{text}\n\n{len(rows)} of {size} places of contact; --json has all."
 

@@ -25,11 +25,12 @@ class Column:
 class Columns:
     """The columns of a kind of file.
 
-    known: by name in lower case. needed: those that must be there, by name as written. wanted: what a file needs, in
-    words; listed: the names in words. ours: what looks like one of them and is refused if unknown; results: what
-    tendonrod itself wrote and is passed over.
+    file: what the help calls such a file. known: by name in lower case. needed: those that must be there, by name as
+    written. wanted: what a file needs, in words; listed: the names in words. ours: what looks like one of them and is
+    refused if unknown; results: what tendonrod itself wrote and is passed over.
     """
 
+    file: str
     known: Mapping[str, Column]
     needed: tuple[str, ...]
     wanted: str
@@ -66,7 +67,7 @@ def per_tendon(stem: str, unit: str, n_tendons: int) -> list[str]:
 
 def read_table(name: str, columns: Columns) -> Table:
     """The rows of the CSV file ``name``. Raises `InvalidInput` by row and column."""
-    reader = csv.reader(io.StringIO(text_of("FILE.csv", name, "CSV")))
+    reader = csv.reader(io.StringIO(text_of(columns.file, name, "CSV")))
     lines = [(reader.line_num, cells) for cells in reader if any(cells)]
     if not lines:
         raise InvalidInput(name, Fact("empty"), f"a header and rows: {columns.wanted}")

@@ -24,7 +24,7 @@ ROUNDS = 60
 class Strands:
     """The tendons' paths through one trial."""
 
-    def __init__(self, problem: RodProblem, trial: Trial) -> None:
+    def __init__(self, problem: RodProblem, trial: Trial, rubs: bool) -> None:
         robot, T = problem.robot, trial.n_tendons
         self.problem = problem
         self.q, self.pull = np.empty((2 * trial.n, T, 3)), np.empty((2 * trial.n, T, 6))
@@ -32,7 +32,7 @@ class Strands:
         self.rest = np.linalg.norm(self.q, axis=2)  # |q| of the straight robot
         self.compliance = robot.tendon_compliance
         self.outside = robot.free_lengths + robot.tendon_lengths - trial.weights @ self.rest  # the part not exposed
-        self.rubs = bool((robot.friction > 0.0).any())
+        self.rubs = rubs or bool((robot.friction > 0.0).any())
         self.driven = np.flatnonzero(~np.isnan(problem.pulled))
         self.slopes = self.held = None
         if self.rubs:

@@ -102,9 +102,7 @@ class Curve:
         problem = self.family.problem(state.t) if problem is None else problem
         marks = _marks(problem)
         if len(marks) != len(self.marks):
-            raise InvalidInput(
-                "parameter", state.t, "one that leaves all joints and loads exposed or hidden as they are"
-            )
+            raise InvalidInput("parameter", state.t, "one that neither exposes nor hides a joint or a load")
         trial = Trial(problem, np.interp(self.first.grid, self.marks, marks))
         trial.x[:] = state.x
         if self.driven.size:
@@ -126,7 +124,7 @@ class Curve:
         return State(strain, tau, 1.0), tip + (_tip(high) - _tip(low)) / size
 
     def corrected(self, guess: State, towards: State, origin: State | None = None, at: float = 0.0) -> Point | None:
-        """The balanced point near ``guess``: at its parameter, or in a plane across ``towards``, ``at`` from ``origin``.
+        """The balanced point near ``guess``: at its parameter, or across ``towards`` at a distance from ``origin``.
 
         The tangent points to the side of ``towards``.
         """
@@ -178,7 +176,7 @@ class Curve:
     # ---- along it
 
     def follow(self, t: float, sense: float, largest: float, most: int, progress: Progress) -> Way:
-        """Points from the trial's at ``t``, first towards larger t, or smaller (sense -1), until t leaves the interval."""
+        """Points from the trial's at ``t`` on, towards larger t or smaller (sense -1), until t leaves the interval."""
         first = self.begin(t, sense)
         if first is None:
             return Way([], "the start could not be balanced on the grid of the branch")
@@ -189,16 +187,14 @@ class Curve:
             if q is None:
                 ds *= 0.5
                 if ds < LEAST_STEP:
-                    way.ended = "no neighbouring equilibrium was found"
+                    way.ended = "no neighbouring equilibrium was found; a joint or a load may have passed the exit"
                     break
                 continue
-            left = not self.low <= q.t <= self.high
-            if left:
-                q, ds = self._edge(p, q, ds)
-                way.ended = "the parameter reached the end of its interval"
+            q, ds, left = self._held_inside(p, q, ds)
             way.places += [*self._events(p, q, ds), Place(q)]
             progress(way.count, q.t)
             if left:
+                way.ended = "the parameter reached the end of its interval"
                 break
             ds = min(largest, ds * (1.5 if angle < SMALL_ANGLE and q.iterations <= 4 else 0.8 if angle > 0.25 else 1.0))
         return way
@@ -209,7 +205,7 @@ class Curve:
         return self.corrected(State(x, tau, t), State(0.0 * x, 0.0 * tau, sense))
 
     def ahead(self, t: float, largest: float, most: int) -> Place | None:
-        """The first fold from the trial's ``t`` on towards larger t, or the interval's end; None if neither is found."""
+        """The first fold from the trial's ``t`` on to larger t, or the interval's end; None if neither is found."""
         p, ds = self.begin(t, 1.0), 0.5 * largest
         if p is None:
             return None
@@ -220,10 +216,11 @@ class Curve:
                 if ds < LEAST_STEP:
                     return None
                 continue
+            q, ds, left = self._held_inside(p, q, ds)
+            if left:
+                return Place(q)
             if q.tangent.t < 0.0:
                 return Place(self._turn(p, ds)[0], "fold")
-            if q.t >= self.high:
-                return Place(self._edge(p, q, ds)[0])
             p, ds = q, min(largest, 1.5 * ds) if bent < SMALL_ANGLE else ds
         return None
 
@@ -232,6 +229,14 @@ class Curve:
         q = self.at(p, ds)
         angle = inf if q is None else float(np.arccos(min(1.0, self.dot(p.tangent, q.tangent))))
         return (q if angle <= LARGEST_ANGLE else None), angle
+
+    def _held_inside(self, p: Point, q: Point, ds: float) -> tuple[Point, float, bool]:
+        """(``q``, its distance, False); where the parameter leaves its interval on the way: the place, its distance, True."""
+        if self.low <= q.t <= self.high and p.tangent.t * q.tangent.t < 0.0:
+            fold, s = self._turn(p, ds)
+            if not self.low <= fold.t <= self.high:
+                return *self._edge(p, fold, s), True
+        return (q, ds, False) if self.low <= q.t <= self.high else (*self._edge(p, q, ds), True)
 
     def _edge(self, p: Point, q: Point, ds: float) -> tuple[Point, float]:
         """(point at the end of the interval that lies between ``p`` and ``q``, its distance from p)."""
@@ -294,7 +299,7 @@ class Curve:
         return found
 
     def _differ(self, one: int, other: int) -> bool:
-        """Whether directions change sides between the counts; without a potential only the determinant's sign counts."""
+        """Whether directions change sides between the counts; without a potential, the determinant its sign."""
         return one != other if self.conservative else (one - other) % 2 != 0
 
 

@@ -171,7 +171,7 @@ def _branch(curve: Curve, way: Way, name: str) -> Branch:
     critical: dict[str, list] = {"fold": [], "bifurcation": []}
     for i, (kind, sides) in enumerate((each.kind, each.sides) for each in way.places):
         if kind:
-            facts = {"parameter": points[i].t, "tip": found["tip"][i], "index": i, "negative": sides if known else None}
+            facts = {"parameter": float(points[i].t), "tip": found["tip"][i], "index": i, "negative": sides if known else None}
             critical[kind].append((Fold if kind == "fold" else Bifurcation)(**facts))
     return Branch(
         robot=curve.first.problem.robot, name=name, **found, folds=tuple(critical["fold"]),

@@ -19,8 +19,12 @@ if TYPE_CHECKING:
 
 STIFFNESS = 1e6  # of the augmented Lagrangian, in units of EI / L^4
 AT_ONCE = 4  # iterations with one model of the surface
+NOTABLE = 1e-3  # of the length: what a model must miss for its step to be taken back when it leads up
+KICK = 1e-3  # of 1 / length: curvature that moves a trial off a saddle
 ROUNDS = 100  # of models of the surface and of multipliers
 NEAR = 3.0  # radii of the tube within which a surface's curvature is taken
+FAR = 1e3  # m, relief at which nothing is touched
+CLOSEST = 1.0 / 64  # of the way of an approaching surface, below which the way counts as closed
 SHORTER = (0.5, 0.25, 0.1, 0.03, 0.01, 0.001)  # shares of a step that are tried when the whole leads up
 
 
@@ -56,13 +60,14 @@ class Contact:
         self.radius = problem.robot.outer_radius(at)
         if np.isnan(self.radius).any():
             raise InvalidInput("surface", self.surface, "left out for a rod without a radius, given by area and inertia")
-        self.s, self.origin = at - problem.s_exit, problem.frame[:3]
+        self.s, self.origin = np.append(trial.stages, problem.length), problem.frame[:3]
         self.share = np.append(trial.weights, trial.weights.min())  # m of the rod that each place stands for
         axis = trial.station[:, trial.kernel.AXIS : trial.kernel.AXIS + 2]
         self.axis = np.vstack([axis, axis[-1:]])
         self.held = np.zeros(at.size)  # multipliers, N/m
         self.stiffness = STIFFNESS * trial.station[:, 3:5].min() / problem.length**4  # N/m^2
         self.pinned = np.full(at.size, -1.0)
+        self.relief = 0.0  # m by which the surface stands back for the while
         self.model = np.zeros((at.size, 16))  # of the gaps, see `kernel_newton.touched`
         self.model[:, 3] = 1.0  # m: far away until `look` is called
 
@@ -87,7 +92,7 @@ class Contact:
         g, model = np.vstack([trial.frame, trial.end[-1:]]), self.model
         at = g[:, :3] + self.axis[:, :1] * g[:, 3::3] + self.axis[:, 1:] * g[:, 4::3]
         d, normal = self.surface.distance(at + self.origin)
-        gap, moved = d - self.radius, at - model[:, :3]
+        gap, moved = d - self.radius + self.relief, at - model[:, :3]
         bent = (model[:, 7:].reshape(-1, 3, 3) * moved[:, None]).sum(axis=2)
         guessed = model[:, 3] + ((model[:, 4:7] + 0.5 * bent) * moved).sum(axis=1)
         near = np.minimum(gap, guessed) < NEAR * self.radius
@@ -95,6 +100,15 @@ class Contact:
         if near.any():
             model[near, 7:] = self.surface.curvature(at[near] + self.origin).reshape(-1, 9)
         return float(np.abs(gap - guessed)[near].max(initial=0.0))
+
+    def deepest(self, trial: Trial) -> float:
+        """How far the robot enters the surface anywhere, looked at between the stages too, m."""
+        grid = trial.grid
+        at = np.append((grid[:-1, None] + np.diff(grid)[:, None] * np.arange(4) / 4.0).ravel(), grid[-1])
+        rows, s_m = trial.rows(at), at + trial.problem.s_exit
+        x, y = trial.problem.robot.axis_offset(s_m).T[:, :, None]
+        gap = self.surface.distance(rows[:, :3] + x * rows[:, 3:12:3] + y * rows[:, 4:12:3])[0]
+        return float(np.max(trial.problem.robot.outer_radius(s_m) - gap))
 
     def begin(self, other: Contact) -> None:
         """Take over the forces of another grid as multipliers."""
@@ -136,7 +150,7 @@ def press(trial: Trial, tolerance: float) -> int:
     Down in energy where the loads have a potential, against a quadratic model of the gaps which is renewed until it
     holds. tolerance: of the balance, m. Returns the number of iterations, negative where they lead nowhere.
     """
-    contact, asked, count = trial.contact, trial.problem.request, 0
+    contact, asked, count, kicks = trial.contact, trial.problem.request, 0, 3
     trial.walk()
     contact.look(trial)
     trial.walk()
@@ -148,17 +162,46 @@ def press(trial: Trial, tolerance: float) -> int:
             return -count
         missed = contact.look(trial)
         trial.walk()
-        if asked.conservative and missed > 0.1 * asked.contact_tolerance:
+        if asked.conservative and missed > NOTABLE * trial.problem.length:
             _back(trial, before, energy)
         if found == 0 or missed > 0.1 * asked.contact_tolerance:
             continue
-        gap, held = contact.gap, contact.held
-        apart = held * np.maximum(gap, 0.0) > held.max() * asked.contact_tolerance
+        gap = contact.gap
+        apart = (contact.press > 0.0) & (gap > asked.contact_tolerance)
         if gap.min() >= -asked.contact_tolerance and not apart.any():
-            return count
+            if kicks == 0 or not asked.conservative or trial.factor() == 0:
+                return count
+            kicks -= 1  # on a saddle: a little bend, ever different, shows which way is down
+            trial.x[:, 3:5] += KICK / trial.problem.length * np.cos(np.arange(trial.x.shape[0])[:, None] + [0.0, 1.0 + kicks])
+            trial.walk()
+            continue
         contact.held = contact.press
         trial.walk()
     return -count
+
+
+def approach(trial: Trial, tolerance: float) -> int:
+    """As `press`, from the shape without contact: the surface comes on step by step from where it just touches that."""
+    contact, relief = trial.contact, 1.0
+    contact.relief, contact.held = FAR, np.zeros_like(contact.held)
+    if press(trial, tolerance) <= 0:
+        return 0
+    contact.relief = 0.0
+    contact.look(trial)
+    deepest, stride, count = max(0.0, -contact.gap.min()), 0.25, 0
+    while relief > 0.0:
+        to, x, held = max(0.0, relief - stride), trial.x.copy(), contact.held
+        contact.relief = to * deepest
+        found = press(trial, tolerance)
+        count += abs(found)
+        if found > 0:
+            relief, stride = to, 1.5 * stride
+            continue
+        trial.x[:], contact.held, stride = x, held, 0.5 * stride
+        if stride < CLOSEST:
+            contact.relief = 0.0
+            return -count
+    return count
 
 
 def _back(trial: Trial, before: np.ndarray, energy: float) -> None:

@@ -35,9 +35,9 @@ def follow_load(target: Solution | NewtonSolution) -> tuple[Solution | NewtonSol
     ways = WAYS if target.loaded and target.tensions.any() else WAYS[1:2]  # else all are the same
     codes, factors = [], []
     for way in ways:
-        last, reached = _walk(target, way)
+        last, reached = _walk(target, way)  # pyright: ignore[reportArgumentType] - one of the two, not a mixture
         if last is not None and reached == 1.0:
-            arrived = _arrive(target, last)
+            arrived = _arrive(target, last)  # pyright: ignore[reportArgumentType]
             if arrived is not None:
                 return arrived, 1.0
         code, factor = LOCAL_FAILED if last is None else STALLED, min(reached, 1.0 - SMALLEST)

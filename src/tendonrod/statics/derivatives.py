@@ -13,10 +13,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..body import parts
 from ..errors import InvalidInput
 from ..rotation import exp_so3, log_so3
-from .problem import Request, problem_of, rod_problem
-from .trial import Trial
+from .problem import SAME_PLACE, Request, RodProblem, problem_of, rod_problem
+from .trial import GAUSS, Trial
 
 if TYPE_CHECKING:
     from .shape import Shape
@@ -28,6 +29,7 @@ COUNTS = dict.fromkeys(LINEAR, 3) | {"exit_position": 3, "exit_rotation": 3, "ex
 # Where inputs stand in a change of `Trial.columns`, behind the tensions.
 PLACES = {"tensions": 0, "gravity": 0, "distributed_force": 3, "distributed_moment": 6, "tip_force": 9, "tip_moment": 12}
 PLACES |= {"exit_position": 15, "exit_rotation": 18, "rotation": 18}
+STAGES = np.array([0.0, GAUSS, 1.0 - GAUSS, 1.0 - 1e-13])  # of a step: ends, the last before a jump there, and stages
 ROUNDS = 40  # of friction's answer
 Scalar = tuple[str, int | None, float, bool]  # input, its entry, natural size, whether the imbalance is linear in it
 
@@ -60,7 +62,7 @@ class Jacobian:
 
 def jacobian(shape: Shape, inputs: Sequence[str], s: np.ndarray) -> Jacobian:
     """Derivatives of ``shape`` at ``s`` (n,) by ``inputs``; see `Shape.jacobian`."""
-    answers = _Answers(shape, s)
+    answers = _Answers(shape, s, rubs=any("friction" in name for name in inputs))
     asked = answers.trial.problem.request
     scalars = [scalar for name in inputs for scalar in _scalars(asked, name)]
     found = np.empty((len(scalars), s.size, 12))
@@ -90,26 +92,33 @@ def compliance(shape: Shape) -> np.ndarray:
         push[-1, i] = 1.0
         if i < 3:
             push[-1, 3:] = np.cross(tip, push[-1, :3])
-        answer = answers.answer({"node_load": push}, np.zeros((1, 6)))
-        v, w = answer[0, :3], answer[0, 3:6]
+        answer = answers.answer({"node_load": push}, np.zeros((4, 6)))
+        v, w = answer[-1, :3], answer[-1, 3:6]
         found[:3, i], found[3:, i] = v + np.cross(w, tip), w
     return found
 
 
 class _Answers:
-    """Columns of one solved shape, at arc lengths s."""
+    """Columns of one solved shape at arc lengths s: exact at the nodes and stages of its steps, blended between them."""
 
-    def __init__(self, shape: Shape, s: np.ndarray) -> None:
+    def __init__(self, shape: Shape, s: np.ndarray, rubs: bool = False) -> None:
         solution = shape._solution
-        self.trial = trial = Trial(problem_of(solution), solution.grid.copy(), getattr(solution, "kinks", None))
-        self.s = s
+        problem, self.rubs = problem_of(solution), rubs or bool(shape.robot.friction.any())
+        self.trial = trial = Trial(problem, solution.grid.copy(), getattr(solution, "kinks", None), self.rubs)
+        grid = trial.grid
+        step = np.clip(np.searchsorted(grid, s, side="right") - 1, 0, trial.n - 1)
+        h = np.diff(grid)[step]
+        self.at, self.h, self.t = s, h, (s - grid[step]) / h
+        self.s = (grid[step, None] + h[:, None] * STAGES).ravel()  # where the columns are exact, four to a step
         trial.take(solution)
         if trial.contact is not None:
             trial.contact.pin(RIGID)
         trial.walk()
         trial.factor()
-        self.strains = trial.rows(s)[:, 12:18].copy()
-        self.frames, self.left = trial.unbalanced(s, self.strains)
+        self.strains = trial.rows(self.s)[:, 12:18].copy()
+        self.places, self.left = trial.unbalanced(self.s, self.strains)
+        self.frames = trial.rows(s)[:, :12].copy()
+        self.frames[:, :3] -= trial.problem.frame[:3]
         self.strands = trial.strands
         self.units = self._units() if self.strands is not None else {}
 
@@ -139,7 +148,9 @@ class _Answers:
                 row[-6:-3] = np.cross(about, row[-3:])
             else:
                 row[T + PLACES[stem] + i] = 1.0
-        return trial.columns(changes, self.s, self.strains)
+        still = np.zeros(self.at.size)
+        found = trial.columns(changes, self.s, self.strains)
+        return np.array([self._between(each, still, still) for each in found]).reshape(-1, self.at.size, 12)
 
     def answer(self, forcing: dict[str, np.ndarray], left: np.ndarray) -> np.ndarray:
         """(n, 12) answer to a forcing of `Trial.respond` at fixed tensions; left (n, 6): explicit imbalance at s."""
@@ -161,17 +172,21 @@ class _Answers:
         base, strands = self.trial, self.strands
         high, low = self._moved(up), base if down is None else self._moved(down)
         left = (high.left - low.left) / size
-        frames, left_at = high.unbalanced(self._at(high), self.strains)
-        frames_low, left_low = (self.frames, self.left) if down is None else low.unbalanced(self._at(low), self.strains)
+        places = self._carried(high.problem, self.s), self._carried(low.problem, self.s)
+        frames, left_at = high.unbalanced(places[0], self.strains)
+        frames_low, left_low = (self.places, self.left) if down is None else low.unbalanced(places[1], self.strains)
         left_at = (left_at - left_low) / size
         shift = (high.problem.frame[:3] - low.problem.frame[:3]) / size
         explicit = np.hstack([_twists(frames, frames_low, size, shift), np.zeros_like(left_at)])
         answer = explicit + self.answer({"left": left}, left_at)
+        stretched = np.diff(((places[0] - places[1]) / size).reshape(-1, 4)[:, ::3], axis=1)[:, 0] / self.h
+        ahead = [self._material(each.problem) - self._carried(each.problem, self.at) for each in (high, low)]
+        moved = stretched, (ahead[0] - ahead[1]) / size
         if strands is None:
-            return answer, np.zeros(base.n_tendons)
+            return self._between(answer, *moved), np.zeros(base.n_tendons)
         strain, rubbed = base.strain.copy(), np.zeros_like(base.share)
         carried = base.share * (high.tensions - low.tensions) / size
-        for _ in range(ROUNDS if strands.rubs else 0):
+        for _ in range(ROUNDS if self.rubs else 0):
             before, rubbed = rubbed, self._rubbed(high, low, size, strain) - carried
             more = np.einsum("jt,jti->ji", rubbed, strands.pull)
             answer = explicit + self.answer({"left": left + more}, left_at + self._left_by(rubbed))
@@ -180,13 +195,29 @@ class _Answers:
                 break
         missing = (self._missing(high) - self._missing(low)) / size
         missing += np.einsum("j,jti,ji->t", base.weights, strands.pull, strain)
-        return answer, missing - strands.compliance * (base.weights @ (strands.rest * rubbed))
+        missing -= strands.compliance * (base.weights @ (strands.rest * rubbed))
+        return self._between(answer, *moved), missing
+
+    def _between(self, found: np.ndarray, stretched: np.ndarray, ahead: np.ndarray) -> np.ndarray:
+        """(n, 12) answers at ``at`` from those at the nodes and stages: twists cubic with their slopes, strains cubic.
+
+        stretched (n,): by how much the step grows with the input, per length; ahead (n,): by how much the material point
+        moves on along the body beside that, m.
+        """
+        found, strains, places = (each.reshape(self.at.size, 4, -1) for each in (found, self.strains, self.places))
+        weights, slopes = _cubic(self.t)
+        a, b = (_turned(places[:, i], found[:, i, 6:] + stretched[:, None] * strains[:, i]) for i in (0, 3))
+        t, h = self.t[:, None], self.h[:, None]
+        twist = (1.0 - t) ** 2 * ((1.0 + 2.0 * t) * found[:, 0, :6] + t * h * a)
+        twist += t**2 * ((3.0 - 2.0 * t) * found[:, 3, :6] - (1.0 - t) * h * b)
+        strain = np.einsum("ni,nij->nj", weights, found[..., 6:])
+        here, change = np.einsum("ni,nij->nj", weights, strains), np.einsum("ni,nij->nj", slopes, strains) / h
+        return np.hstack([twist + ahead[:, None] * _turned(self.frames, here), strain + ahead[:, None] * change])
 
     def _moved(self, asked: Request) -> Trial:
         """The solution's strains in a changed request."""
         base, problem = self.trial, rod_problem(asked)
-        stretched = problem.length / base.problem.length
-        trial = Trial(problem, base.grid * stretched, base.kinks * stretched)
+        trial = Trial(problem, self._carried(problem, base.grid), self._carried(problem, base.kinks), self.rubs)
         trial.x[:] = base.x
         trial.tensions = base.tensions + asked.tensions - base.problem.request.tensions
         trial.share = base.share
@@ -196,11 +227,19 @@ class _Answers:
         trial.walk()
         return trial
 
-    def _at(self, trial: Trial) -> np.ndarray:
-        """The arc lengths of the same material points in a changed request."""
-        if trial.problem.robot is self.trial.problem.robot:
-            return self.s + trial.problem.length - self.trial.problem.length
-        return self.s * (trial.problem.length / self.trial.problem.length)
+    def _carried(self, problem: RodProblem, s: np.ndarray) -> np.ndarray:
+        """Arc lengths ``s`` of nodes in a changed problem: exit and tip, and all landmarks between them, move along."""
+        base = self.trial.problem
+        before, after = _landmarks(base), _landmarks(problem)[: len(_landmarks(base))]  # but for a wrench new at the tip
+        before = before[: len(after)]
+        inside = np.abs(before / base.length - 0.5) < 0.5 - SAME_PLACE
+        before, first = np.unique(before[inside], return_index=True)
+        return np.interp(s, [0.0, *before, base.length], [0.0, *after[inside][first], problem.length])
+
+    def _material(self, problem: RodProblem) -> np.ndarray:
+        """The arc lengths of the same material points in a changed problem: the same share of the same segment."""
+        ends = [np.array([0.0, *(part.end for part in parts(each.robot.body))]) for each in (self.trial.problem, problem)]
+        return np.interp(self.at + self.trial.problem.s_exit, *ends) - problem.s_exit
 
     def _rubbed(self, high: Trial, low: Trial, size: float, strain: np.ndarray) -> np.ndarray:
         """(2n, T) change of the tensions along the tendons with the inputs and the strains that answer."""
@@ -225,6 +264,28 @@ class _Answers:
         strands = trial.strands
         strands.along(trial, trial.x)  # pyright: ignore[reportOptionalMemberAccess]
         return np.nan_to_num(strands.missing(trial))  # pyright: ignore[reportOptionalMemberAccess]
+
+
+def _landmarks(problem: RodProblem) -> np.ndarray:
+    """Arc lengths, in a fixed order, of all that a grid has nodes at."""
+    robot = problem.robot
+    ends = [part.end for part in parts(robot.body)], robot.tendon_ends
+    return np.concatenate([*ends, problem.spread[:, :2].ravel(), problem.points[:, 0]]) - problem.s_exit
+
+
+def _cubic(t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(n, 4) weights at t (n,) of the cubic through a step's ends and stages, and those of its slope by t."""
+    powers = np.linalg.inv(STAGES ** np.arange(4)[:, None])
+    one, none = np.ones_like(t), np.zeros_like(t)
+    value, slope = np.stack([one, t, t**2, t**3], axis=1), np.stack([none, one, 2.0 * t, 3.0 * t**2], axis=1)
+    return value @ powers.T, slope @ powers.T
+
+
+def _turned(frames: np.ndarray, strain: np.ndarray) -> np.ndarray:
+    """(n, 6) spatial twists Ad_g strain about the base."""
+    R = frames[:, 3:].reshape(-1, 3, 3)
+    v, w = np.einsum("nij,nj->ni", R, strain[:, :3]), np.einsum("nij,nj->ni", R, strain[:, 3:])
+    return np.hstack([v + np.cross(frames[:, :3], w), w])
 
 
 def _twists(frames: np.ndarray, other: np.ndarray, size: float, shift: np.ndarray) -> np.ndarray:

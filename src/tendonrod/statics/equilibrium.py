@@ -9,7 +9,7 @@ from math import cos, inf, isfinite, isnan, nan, sin, sqrt
 
 import numpy as np
 
-from ..errors import InvalidInput, NotConverged, finite, nonnegative, positive, vector, whole, within
+from ..errors import Fact, InvalidInput, NotConverged, finite, nonnegative, positive, vector, whole, within
 from ..loads import DistributedLoad, Load, LumpedMass, PointLoad, load_tables
 from ..robot import Robot, as_robot
 from ..surface import Surface, as_surface
@@ -146,6 +146,10 @@ def prepare(
     plain = robot.is_uniform and len(driven) < 2 and surface is None and not robot.friction.any()
     length, s_exit = eta * robot.length_na, (1.0 - eta) * robot.length_na
     loads = _checked(loads, centroid_weight, history)
+    contact_tolerance = positive("contact_tolerance", contact_tolerance)
+    if surface is not None:
+        surface = as_surface(surface)
+        _check_exit(robot, surface, s_exit, exit_frame(robot, s_exit, *place), contact_tolerance)
     if length < RETRACTED:
         load_tables(robot, loads, g)  # for its complaints
     if length < RETRACTED and driven:
@@ -164,8 +168,7 @@ def prepare(
                 asked, tensions=table[:, 6].copy(), pulled=np.full(len(table), nan) if pulled is None else pulled,
                 loads=loads, centroid_weight=bool(centroid_weight),
                 history=None if history is None else _tensions_before(robot, history),
-                surface=None if surface is None else as_surface(surface),
-                contact_tolerance=positive("contact_tolerance", contact_tolerance),
+                surface=surface, contact_tolerance=contact_tolerance,
                 accuracy=worked_accuracy(accuracy, length), steps=steps,
             )
         )
@@ -226,6 +229,17 @@ def _pull(robot: Robot, i: int, pulled: float, length: float, s_exit: float) -> 
     soft = float(t @ (t / k[:3])) + t[2] ** 2 * (y * y / k[3] + x * x / k[4]) + (x * t[1] - y * t[0]) ** 2 / k[5]
     stretch = robot.tendon_compliance[i] * (robot.free_lengths[i] + robot.tendon_lengths[i])
     return np.array([i, pulled, stretch, soft * max(0.0, min(length, end - s_exit))])
+
+
+def _check_exit(robot: Robot, surface: Surface, s_exit: float, frame, tolerance: float) -> None:
+    radius = float(robot.outer_radius(np.array([s_exit]))[0])
+    if isnan(radius):
+        raise InvalidInput("surface", surface, "left out for a rod without a radius, given by area and inertia")
+    (x, y), frame = robot.axis_offset(np.array([s_exit]))[0], np.array(frame)
+    gap = float(surface.distance((frame[:3] + x * frame[3::3] + y * frame[4::3])[None])[0][0])
+    if gap < radius - tolerance:
+        allowed = f"at least {radius:.4g} m, the tube's radius, from the middle of the outer tube's exit; it is {gap:.4g} m"
+        raise InvalidInput("surface", Fact(type(surface).__name__), allowed)
 
 
 def _stretched(robot: Robot, tensions: np.ndarray, pulled: np.ndarray) -> np.ndarray:

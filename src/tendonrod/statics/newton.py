@@ -8,7 +8,7 @@ from math import inf, nan
 import numpy as np
 
 from .actuation import ROUNDS
-from .contact import Contacts, press
+from .contact import Contacts, approach, press
 from .problem import RodProblem
 from .solution import CONVERGED, LOCAL_FAILED, MOST_STEPS, STALLED, TOO_SMALL, Solution
 from .trial import GAUSS, Trial
@@ -38,7 +38,7 @@ class NewtonSolution:
             return self._ended(LOCAL_FAILED)
         elif p.request.surface is not None:  # most of the way on a coarse grid
             coarse = self._trial(steps // 2 or 1, self._kinks_before)
-            if coarse.rest() and press(coarse, self._goal) > 0:
+            if coarse.rest() and (press(coarse, self._goal) > 0 or coarse.rest() and approach(coarse, self._goal) > 0):
                 trial.begin(coarse)
         code = self._kinked(steps, start is None)
         while code == CONVERGED and not p.steps and not self.error <= self._goal:
@@ -48,8 +48,14 @@ class NewtonSolution:
             self.trial = Trial(p, _halved(coarse.grid), coarse.kinks)
             self.trial.begin(coarse)
             code = self._kinked(steps, False)
-            self.error = coarse.distance(self.trial) / (7.0 if p.request.surface is None else 3.0)
+            self.error = coarse.distance(self.trial) / 7.0 if self.trial.contact is None else self._touching(coarse)
         return self._ended(code)
+
+    def _touching(self, coarse: Trial) -> float:
+        """Error of a shape in contact, without bound where it enters the surface between the stages."""
+        contact, tolerance = self.trial.contact, self.problem.request.contact_tolerance
+        deep = contact is not None and contact.deepest(self.trial) > tolerance
+        return inf if deep else coarse.distance(self.trial)
 
     @property
     def _kinks_before(self) -> np.ndarray:

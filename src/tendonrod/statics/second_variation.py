@@ -1,4 +1,4 @@
-"""`Linear`: a rod linearised where it stands, tendons pulled by length included, and its second variation (docs/method)."""
+"""`Linear`: a rod linearised where it stands, with its tendons, and its second variation (docs/method)."""
 
 from __future__ import annotations
 

@@ -58,7 +58,8 @@ class Shape:
     """Configuration of the exposed robot at the arc lengths ``s`` (n,), 0 at the outer tube's exit; SI, world frame.
 
     Made by `tendonrod.solve`. It also holds ``robot``, ``status`` (`Status`) and ``load_factor``, the share of the load
-    that was reached, the critical one where the branch ends at a fold. All arrays are read-only. A shape that did not converge holds NaN.
+    that was reached, the critical one where the branch ends at a fold. All arrays are read-only. A shape that did not
+    converge holds NaN.
     """
 
     robot: Robot
@@ -181,7 +182,7 @@ class Shape:
         """Sign of the energy's second variation: "stable", "unstable", or "at a fold" or bifurcation; None as `stable`.
 
         The sign is that of `stable`. At a fold: the second variation vanishes in some direction if the stiffness of all
-        sections, their tendons' included, is changed by less than 1e-5 of itself: for a column, 1e-5 beside Euler's load.
+        sections, tendons included, is changed by less than 1e-5 of itself: for a column, within 1e-5 of Euler's load.
         """
         if self.stable is None:
             return None

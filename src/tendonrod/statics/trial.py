@@ -33,7 +33,9 @@ class Strained(Protocol):
 class Trial:
     """A rod on one grid: its strains x (2n, 6), and what follows from them; arrays as in `kernel_newton`."""
 
-    def __init__(self, problem: RodProblem, grid: np.ndarray, kinks: np.ndarray | None = None) -> None:
+    def __init__(
+        self, problem: RodProblem, grid: np.ndarray, kinks: np.ndarray | None = None, rubs: bool = False
+    ) -> None:
         self.kernel, self.problem, self.grid = compiled_newton(), problem, grid
         self.kinks = np.zeros(0) if kinks is None else kinks  # arc lengths, nodes of the grid, where tensions bend
         n = self.n = len(grid) - 1
@@ -59,7 +61,7 @@ class Trial:
         self.energy, self.negative = inf, 0
         self.place()
         self.contact = None if problem.request.surface is None else Contact(problem, self)
-        self.strands = Strands(problem, self) if problem.request.answers else None
+        self.strands = Strands(problem, self, rubs) if rubs or problem.request.answers else None
 
     @property
     def strains(self) -> np.ndarray:
