@@ -1,4 +1,4 @@
-"""Turn a push against a buckled strip until it snaps: a fold of its branch, known exactly."""
+"""Turn a push against a buckled strip until it snaps: a fold, exactly known."""
 
 import numpy as np
 
@@ -28,7 +28,7 @@ def turned(angle: float) -> dict:
     return {"tip_force": (-push * np.sin(angle), 0.0, -push * np.cos(angle))}
 
 
-aside = tendonrod.solve(robot, (), tip_force=(1e-3 * push, 0.0, -push))  # says to which side
+aside = tendonrod.solve(robot, (), tip_force=(1e-3 * push, 0.0, -push))
 buckled = tendonrod.solve(robot, (), **turned(0.0), start=aside)
 branch = follow_branch(buckled, turned, (-0.8, 0.8))  # rad
 
@@ -36,7 +36,7 @@ known = 0.5449801186  # rad, where the stable branch of the elastica ends
 there, back = branch.folds
 off = max(abs(there.parameter - known), abs(back.parameter + known))
 assert off < 1e-8, off
-assert there.negative == (0, 1)  # directions in which the energy falls, before and after
+assert there.negative == (0, 1)  # unstable directions before and after
 assert back.negative == (1, 0)
 
 
@@ -47,14 +47,14 @@ def show() -> None:
     angle, across = np.degrees(branch.parameter), branch.tip[:, 0] / length
     i, j = there.index, back.index
     axes.plot(angle[: i + 1], across[: i + 1], "tab:blue", label="stable")
-    axes.plot(angle[i : j + 1], across[i : j + 1], "--", color="tab:red", label="unstable")
+    axes.plot(angle[i : j + 1], across[i : j + 1], "r--", label="unstable")
     axes.plot(angle[j:], across[j:], "tab:blue")
     axes.plot(angle[[i, j]], across[[i, j]], "ko", label=f"folds, ±{angle[i]:.3f}°")
-    axes.set(xlabel="angle of the push (°)", ylabel="tip across / L", title="A turned push")
+    axes.set(xlabel="angle of the push (°)", ylabel="tip x / L", title="A turned push")
     axes.legend()
     plt.show()
 
 
 if __name__ == "__main__":
-    print(f"snaps at: {there.parameter:.9f} rad, off elliptic integrals by {off:.1g} rad")
+    print(f"snaps at: {there.parameter:.9f} rad, off the elastica by {off:.1g} rad")
     show()

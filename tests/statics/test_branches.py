@@ -325,7 +325,7 @@ def test_past_a_fold_a_solve_names_the_critical_load(factor, general):
     assert shape.status.name.lower() == "no_equilibrium_on_branch"
     assert shape.load_factor == pytest.approx(1.0 / factor, rel=1e-6)
     assert np.isnan(shape.position).all()
-    with pytest.raises(NotConverged, match="critical load factor .* of the load asked for") as caught:
+    with pytest.raises(NotConverged, match=r"critical load factor .* of the load asked for") as caught:
         opened(factor * critical, general)
     said = re.search(r"critical load factor (\S+) of", str(caught.value))
     assert said is not None

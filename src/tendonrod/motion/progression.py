@@ -46,7 +46,8 @@ def progress(robot: Robot, insertion, rotation, tension, samples: int | None = N
       phi_p = 2 pi turns (eta - 1).
     - samples: sections per shape, evenly spread over the exposed length (None: the integrator's nodes).
     - watch(done, n) is called after each step.
-    - loads: gravity, tip_force and the other keywords of `tendonrod.solve`.
+    - loads: gravity, tip_force and the other keywords of `tendonrod.solve`; where tendons rub, the shape before is the
+      history that friction holds on to.
 
     Raises `InvalidInput` and `NotConverged`, both of which name the row.
     """
@@ -63,7 +64,8 @@ def progress(robot: Robot, insertion, rotation, tension, samples: int | None = N
 def _step(robot, k, eta, phi, tau, samples, start, loads) -> Shape:
     s = None if samples is None or not 0 <= eta <= 1 else np.linspace(0.0, eta * robot.length_na, samples)
     try:
-        return solve(robot, tau, insertion=eta, rotation=phi, s=s, start=start, **loads)
+        rubbing = {"history": start} if start is not None and robot.friction.any() else {}
+        return solve(robot, tau, insertion=eta, rotation=phi, s=s, start=start, **rubbing | loads)
     except InvalidInput as error:
         field = error.field.replace("tensions", "tension")
         raise InvalidInput(f"row {k + 1}: {field}", error.value, error.allowed) from None

@@ -91,7 +91,7 @@ class Curve:
         self.marks = _marks(trial.problem)
         self.weight = (trial.weights / length)[:, None] * np.array([1.0, 1.0, 1.0, *3 * [length**2]])
         self.driven = trial.strands.driven if trial.strands is not None else np.empty(0, dtype=int)
-        self.conservative = trial.problem.request.conservative
+        self.conservative = trial.problem.conservative
 
     def dot(self, a: State, b: State) -> float:
         """Inner product of two differences of states."""

@@ -156,20 +156,20 @@ def press(trial: Trial, tolerance: float) -> int:
     trial.walk()
     for _ in range(ROUNDS):
         before, energy = trial.x.copy(), trial.energy
-        found = trial.descend(tolerance, AT_ONCE) if asked.conservative else trial.settle(tolerance, AT_ONCE)
+        found = trial.descend(tolerance, AT_ONCE) if trial.problem.conservative else trial.settle(tolerance, AT_ONCE)
         count += abs(found) or AT_ONCE
         if found < 0:
             return -count
         missed = contact.look(trial)
         trial.walk()
-        if asked.conservative and missed > NOTABLE * trial.problem.length:
+        if trial.problem.conservative and missed > NOTABLE * trial.problem.length:
             _back(trial, before, energy)
         if found == 0 or missed > 0.1 * asked.contact_tolerance:
             continue
         gap = contact.gap
         apart = (contact.press > 0.0) & (gap > asked.contact_tolerance)
         if gap.min() >= -asked.contact_tolerance and not apart.any():
-            if kicks == 0 or not asked.conservative or trial.factor() == 0:
+            if kicks == 0 or not trial.problem.conservative or trial.factor() == 0:
                 return count
             kicks -= 1  # on a saddle: a little bend, ever different, shows which way is down
             trial.x[:, 3:5] += KICK / trial.problem.length * np.cos(np.arange(trial.x.shape[0])[:, None] + [0.0, 1.0 + kicks])

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -109,18 +110,28 @@ class _Answers:
         step = np.clip(np.searchsorted(grid, s, side="right") - 1, 0, trial.n - 1)
         h = np.diff(grid)[step]
         self.at, self.h, self.t = s, h, (s - grid[step]) / h
+        self.nodes = bool((np.minimum(self.t, 1.0 - self.t) < 1e-9).all())  # nothing to be blended
         self.s = (grid[step, None] + h[:, None] * STAGES).ravel()  # where the columns are exact, four to a step
         trial.take(solution)
         if trial.contact is not None:
             trial.contact.pin(RIGID)
         trial.walk()
         trial.factor()
-        self.strains = trial.rows(self.s)[:, 12:18].copy()
-        self.places, self.left = trial.unbalanced(self.s, self.strains)
-        self.frames = trial.rows(s)[:, :12].copy()
+        rows = trial.rows(s)
+        self.frames, self.strains_at = rows[:, :12].copy(), rows[:, 12:18].copy()
         self.frames[:, :3] -= trial.problem.frame[:3]
         self.strands = trial.strands
         self.units = self._units() if self.strands is not None else {}
+
+    @cached_property
+    def strains(self) -> np.ndarray:
+        """(4n, 6) strains at the ends and stages of the steps."""
+        return self.trial.rows(self.s)[:, 12:18].copy()
+
+    @cached_property
+    def base(self) -> tuple[np.ndarray, np.ndarray]:
+        """Frames (4n, 12) and imbalance (4n, 6) there."""
+        return self.trial.unbalanced(self.s, self.strains)
 
     def column(self, up: Request, down: Request | None, size: float) -> tuple[np.ndarray, np.ndarray]:
         """((n, 12) twist and strains at s, (T,) tensions) by one input. ``down`` None: ``up`` is linear in it."""
@@ -148,9 +159,10 @@ class _Answers:
                 row[-6:-3] = np.cross(about, row[-3:])
             else:
                 row[T + PLACES[stem] + i] = 1.0
-        still = np.zeros(self.at.size)
-        found = trial.columns(changes, self.s, self.strains)
-        return np.array([self._between(each, still, still) for each in found]).reshape(-1, self.at.size, 12)
+        if self.nodes:
+            return trial.columns(changes, self.at, self.strains_at)
+        found, still = trial.columns(changes, self.s, self.strains), np.zeros(self.at.size)
+        return np.array([self._between(each, still, still) for each in found])
 
     def answer(self, forcing: dict[str, np.ndarray], left: np.ndarray) -> np.ndarray:
         """(n, 12) answer to a forcing of `Trial.respond` at fixed tensions; left (n, 6): explicit imbalance at s."""
@@ -174,7 +186,7 @@ class _Answers:
         left = (high.left - low.left) / size
         places = self._carried(high.problem, self.s), self._carried(low.problem, self.s)
         frames, left_at = high.unbalanced(places[0], self.strains)
-        frames_low, left_low = (self.places, self.left) if down is None else low.unbalanced(places[1], self.strains)
+        frames_low, left_low = self.base if down is None else low.unbalanced(places[1], self.strains)
         left_at = (left_at - left_low) / size
         shift = (high.problem.frame[:3] - low.problem.frame[:3]) / size
         explicit = np.hstack([_twists(frames, frames_low, size, shift), np.zeros_like(left_at)])
@@ -204,7 +216,7 @@ class _Answers:
         stretched (n,): by how much the step grows with the input, per length; ahead (n,): by how much the material point
         moves on along the body beside that, m.
         """
-        found, strains, places = (each.reshape(self.at.size, 4, -1) for each in (found, self.strains, self.places))
+        found, strains, places = (each.reshape(self.at.size, 4, -1) for each in (found, self.strains, self.base[0]))
         weights, slopes = _cubic(self.t)
         a, b = (_turned(places[:, i], found[:, i, 6:] + stretched[:, None] * strains[:, i]) for i in (0, 3))
         t, h = self.t[:, None], self.h[:, None]
@@ -252,11 +264,11 @@ class _Answers:
 
     def _left_by(self, rubbed: np.ndarray) -> np.ndarray:
         """(n, 6) imbalance at s by a change (2n, T) of the tensions along the tendons."""
-        trial, share = self.trial, self.trial.share
+        trial, share, base = self.trial, self.trial.share, self.base[1]
         size = 1e-3 * np.abs(share).max() / max(1e-300, np.abs(rubbed).max())
         by = np.divide(size * rubbed, trial.tensions, out=np.zeros_like(rubbed), where=trial.tensions > 0.0)
         trial.share = share + by
-        left = (trial.unbalanced(self.s, self.strains)[1] - self.left) / size
+        left = (trial.unbalanced(self.s, self.strains)[1] - base) / size
         trial.share = share
         return left
 

@@ -37,7 +37,8 @@ class NewtonSolution:
         elif not trial.rest():
             return self._ended(LOCAL_FAILED)
         elif p.request.surface is not None:  # most of the way on a coarse grid
-            coarse = self._trial(steps // 2 or 1, self._kinks_before)
+            dead = p if p.conservative else p.dead()  # the rest turns a shape that has found its side
+            coarse = Trial(dead, p.grid(steps // 2 or 1))
             if coarse.rest() and (press(coarse, self._goal) > 0 or coarse.rest() and approach(coarse, self._goal) > 0):
                 trial.begin(coarse)
         code = self._kinked(steps, start is None)
@@ -107,7 +108,7 @@ class NewtonSolution:
             return STALLED
         if cold and p.loaded:
             far = np.linalg.norm(trial.end[-1, :3] - tip) > AT_ONCE * p.length
-            if far or (p.request.conservative and trial.factor() > 0):
+            if far or (p.conservative and trial.factor() > 0):
                 return STALLED  # the answer may lie on another branch: let continuation find the way there
         return CONVERGED
 
@@ -180,7 +181,7 @@ class NewtonSolution:
 
     def is_stable(self) -> bool | None:
         """Whether the energy's Hessian is positive definite (docs/method); None where the loads have no potential."""
-        return self.trial.factor() == 0 if self.problem.request.conservative else None
+        return self.trial.factor() == 0 if self.problem.conservative else None
 
     @property
     def contacts(self) -> Contacts | None:

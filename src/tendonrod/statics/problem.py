@@ -69,14 +69,6 @@ class Request:
         return (1.0 - self.insertion) * self.robot.length_na
 
     @property
-    def conservative(self) -> bool:
-        """Whether all loads have a potential: neither moments fixed in the world nor forces that turn with the body."""
-        moments = (self.tip_moment, self.distributed_moment, *(getattr(load, "moment", ZERO) for load in self.loads))
-        ends = (getattr(load, "moment_end", None) or ZERO for load in self.loads)
-        turning = (getattr(load, "frame", "world") == "body" for load in self.loads)
-        return not (any(map(any, moments)) or any(map(any, ends)) or any(turning))
-
-    @property
     def answers(self) -> bool:
         """Whether tensions depend on the shape: some tendon is driven by its length or rubs."""
         return bool((~np.isnan(self.pulled)).any() or self.robot.friction.any())
@@ -119,6 +111,19 @@ class RodProblem:
     def loaded(self) -> bool:
         """Whether any load acts, weight included."""
         return bool(self.world[:9].any() or self.points[:, 1:7].any() or self.spread[:, 2:14].any())
+
+    @property
+    def conservative(self) -> bool:
+        """Whether all loads have a potential: neither moments fixed in the world nor loads that turn with the body."""
+        turning = self.points[:, 10] * np.abs(self.points[:, 1:7]).sum(axis=1), self.spread[:, 14]
+        return not any(part.any() for part in (self.world[6:9], self.points[:, 4:7], self.spread[:, 8:14], *turning))
+
+    def dead(self) -> RodProblem:
+        """The same without what has no potential."""
+        world, points, spread = self.world.copy(), self.points.copy(), self.spread.copy()
+        world[6:9] = points[:, 4:7] = spread[:, 8:14] = 0.0
+        points[points[:, 10] != 0.0, 1:4] = spread[spread[:, 14] != 0.0, 2:8] = 0.0
+        return replace(self, world=world, points=points, spread=spread)
 
     def scaled(self, load: float, tension: float, steps: int) -> RodProblem:
         """The same with loads and tensions multiplied, with at least so many steps."""
