@@ -70,7 +70,7 @@ def test_what_did_not_converge_is_not_called_stable():
     assert shape.stable is None
 
 
-@pytest.mark.parametrize("seed", [*range(12), 35, 43])  # the last two fold on the way
+@pytest.mark.parametrize("seed", [*range(12), 35, 43])  # the last two are beyond single shooting
 def test_the_full_load_or_nothing(seed):
     """Pushed past critical loads in any direction, a shape carries the whole load, or is none and says so."""
     rng = np.random.default_rng(seed)

@@ -231,7 +231,7 @@ class Curve:
         return (q if angle <= LARGEST_ANGLE else None), angle
 
     def _held_inside(self, p: Point, q: Point, ds: float) -> tuple[Point, float, bool]:
-        """(``q``, its distance, False); where the parameter leaves its interval on the way: the place, its distance, True."""
+        """(``q``, its distance, False); where t leaves its interval on the way: (that place, its distance, True)."""
         if self.low <= q.t <= self.high and p.tangent.t * q.tangent.t < 0.0:
             fold, s = self._turn(p, ds)
             if not self.low <= fold.t <= self.high:

@@ -169,10 +169,11 @@ def _branch(curve: Curve, way: Way, name: str) -> Branch:
     }
     found: dict[str, Any] = {key: value if value is None else _frozen(np.array(value)) for key, value in arrays.items()}
     critical: dict[str, list] = {"fold": [], "bifurcation": []}
-    for i, (kind, sides) in enumerate((each.kind, each.sides) for each in way.places):
-        if kind:
-            facts = {"parameter": float(points[i].t), "tip": found["tip"][i], "index": i, "negative": sides if known else None}
-            critical[kind].append((Fold if kind == "fold" else Bifurcation)(**facts))
+    for i, each in enumerate(way.places):
+        if each.kind:
+            t, tip, sides = float(points[i].t), found["tip"][i], each.sides if known else None
+            kind = Fold if each.kind == "fold" else Bifurcation
+            critical[each.kind].append(kind(parameter=t, tip=tip, index=i, negative=sides))
     return Branch(
         robot=curve.first.problem.robot, name=name, **found, folds=tuple(critical["fold"]),
         bifurcations=tuple(critical["bifurcation"]), ended=way.ended, _points=points, _curve=curve,

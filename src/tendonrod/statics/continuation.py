@@ -35,12 +35,12 @@ def follow_load(target: Solution | NewtonSolution) -> tuple[Solution | NewtonSol
     ways = WAYS if target.loaded and target.tensions.any() else WAYS[1:2]  # else all are the same
     codes, factors = [], []
     for way in ways:
-        last, reached = _walk(target, way)  # pyright: ignore[reportArgumentType] - one of the two, not a mixture
+        last, reached, crushed = _walk(target, way)  # pyright: ignore[reportArgumentType] - one of the two, not a mixture
         if last is not None and reached == 1.0:
             arrived = _arrive(target, last)  # pyright: ignore[reportArgumentType]
             if arrived is not None:
                 return arrived, 1.0
-        code, factor = LOCAL_FAILED if last is None else STALLED, min(reached, 1.0 - SMALLEST)
+        code, factor = LOCAL_FAILED if crushed else STALLED, min(reached, 1.0 - SMALLEST)
         if last is not None and reached < 1.0 and len(way) == 2:
             beyond = _beyond(target, way, last, reached)
             if isinstance(beyond, NewtonSolution):
@@ -90,10 +90,12 @@ def _arrive(target: S, last: S) -> S | None:
     return None
 
 
-def _walk(target: S, way) -> tuple[S | None, float]:
-    """Last solution on the way, None if not even its start has one, and the share of the way that was gone."""
-    load, tension = way[0]
-    last, done = _next(target, load, tension, None, False), 0.0
+def _walk(target: S, way) -> tuple[S | None, float, bool]:
+    """Last solution on the way, None if not even its start has one; the share of the way that was gone; whether sections
+    already fail at its start.
+    """
+    first, done = target.scaled(*way[0], STEPS), 0.0
+    last = first if first.run(None) == CONVERGED else None
     for (load0, tension0), (load1, tension1) in pairwise(way):
         at, stride = 0.0, 0.25
         while last is not None and at < 1.0 and stride >= SMALLEST:
@@ -107,15 +109,15 @@ def _walk(target: S, way) -> tuple[S | None, float]:
         done += at / (len(way) - 1)
         if at < 1.0:
             break
-    return last, done
+    return last, done, first.code == LOCAL_FAILED
 
 
-def _next(target: S, load: float, tension: float, last: S | None, keep_stable: bool) -> S | None:
+def _next(target: S, load: float, tension: float, last: S, keep_stable: bool) -> S | None:
     """Solution at these factors, if there is one near the last."""
     found = target.scaled(load, tension, STEPS)
     if found.run(last) != CONVERGED:
         return None
-    if last is None or last.steps != found.steps:
+    if last.steps != found.steps:
         return found
     if np.linalg.norm(found.nodes - last.nodes, axis=1).max() > FARTHEST * found.length:
         return None
