@@ -15,9 +15,9 @@ from ..robot import Robot, as_robot
 from ..surface import Surface, as_surface
 from .continuation import NO_EQUILIBRIUM_ON_BRANCH, follow_load
 from .newton import NewtonSolution
-from .problem import History, STRAIGHT, ZERO, exit_frame, request, rod_problem
+from .problem import History, STRAIGHT, ZERO, exit_frame, problem_of, request, rod_problem
 from .shape import Shape, Status, arc_lengths
-from .solution import CONVERGED, MOST_STEPS, RETRACTED, TOO_SMALL, Solution, worked_accuracy
+from .solution import CONVERGED, MOST_STEPS, RETRACTED, STALLED, TOO_SMALL, Solution, worked_accuracy
 
 Vector = Sequence[float] | np.ndarray
 _OUTCOME = {0: Status.CONVERGED, 1: Status.LOCAL_FAILED, 2: Status.STALLED, 3: Status.TOO_FINE}
@@ -304,10 +304,13 @@ def _solved(solution: Solution | NewtonSolution, start: Shape | None) -> tuple[S
     ):
         near = start._solution
         if isinstance(solution, Solution) and not isinstance(near, Solution):
-            near = None
+            solution = NewtonSolution(problem_of(solution))  # so that the start is used
     if solution.run(near) in (CONVERGED, TOO_SMALL):  # pyright: ignore[reportArgumentType] - checked above
         return solution, 1.0
-    return follow_load(solution)
+    found, reached = follow_load(solution)
+    if found.code == STALLED and isinstance(solution, Solution):  # three unknowns were too few to find the way with
+        return follow_load(NewtonSolution(problem_of(solution)))
+    return found, reached
 
 
 def _failure(status: Status, reached: float, residual: float) -> NotConverged:
