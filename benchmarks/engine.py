@@ -20,9 +20,10 @@ from tendonrod.surface import Cylinder, Plane, Tube
 GRAVITY = (-9.81, 0.0, 0.0)
 ROUNDS, SECONDS = 40, 0.004
 ROBOT = load_robot("exonav-1")
-PLANE = Plane(point=(0.0, 10e-3, 0.0), normal=(0.0, -1.0, 0.0))
-TUBE = Tube(point=(0.0, 0.0, 0.0), axis=(0.0, 0.0, 1.0), radius=5e-3)
-CORD = Cylinder(point=(0.0, 12e-3, 0.0), axis=(0.3, 0.0, 1.0), radius=5e-3)
+PLANE = Plane(point=np.array([0.0, 10e-3, 0.0]), normal=np.array([0.0, -1.0, 0.0]))
+TUBE = Tube(point=np.zeros(3), axis=np.array([0.0, 0.0, 1.0]), radius=5e-3)
+CORD = Cylinder(point=np.array([0.0, 12e-3, 0.0]), axis=np.array([0.3, 0.0, 1.0]), radius=5e-3)
+POINT = PointLoad(force=(1e-3, 0.0, 0.0), at=0.04)
 TEN = ("tensions", "tip_force", "tip_moment", "gravity")
 
 
@@ -48,7 +49,7 @@ def cases() -> dict:
         "ten derivatives": lambda: cold.jacobian(*TEN),
         "ten derivatives, compiled part": lambda: (trial.factor(), trial.columns(changes, cold.s, strains)),
         "with friction": lambda: solve(rubbing, 0.7, GRAVITY),
-        "a point load, general driver": lambda: solve(ROBOT, 0.7, GRAVITY, loads=[PointLoad(force=(1e-3, 0, 0), at=0.04)]),
+        "a point load, general driver": lambda: solve(ROBOT, 0.7, GRAVITY, loads=[POINT]),
     }
 
 
@@ -71,8 +72,9 @@ def best_times(timed: dict) -> dict:
 
 def main() -> None:
     """Print machine, versions, times and ratios."""
-    print(f"{platform.processor() or platform.machine()}, Python {platform.python_version()}, numba {numba.__version__}, "
-          f"tendonrod {tendonrod.__version__}")  # fmt: skip
+    machine = platform.processor() or platform.machine()
+    versions = f"Python {platform.python_version()}, numba {numba.__version__}, tendonrod {tendonrod.__version__}"
+    print(f"{machine}, {versions}")
     best = best_times(cases())
     cold = best["cold solve"]
     print(f"\n{'':34s}{'us':>10s}{'cold solves':>14s}")

@@ -7,7 +7,7 @@ import pytest
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 sys.path.insert(0, str(DOCS))
-import problems  # noqa: E402
+import problems  # noqa: E402  # pyright: ignore[reportMissingImports]
 
 NAMES = tuple(problems.problems())
 

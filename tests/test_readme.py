@@ -15,13 +15,16 @@ def blocks(language: str) -> list[str]:
 
 
 def test_python_runs_and_its_comment_is_true():
-    (code,) = blocks("python")
+    code, bench = blocks("python")
     names: dict = {}
     exec(compile(code, "README.md", "exec"), names)
     (numbers,) = re.findall(r"# m: \[(.*?)\]", code)
     printed = [float(word) for word in numbers.split()]
     assert np.allclose(names["shape"].tip, printed, atol=5e-6)
     assert names["plan"].tension.shape == (20,)
+    exec(compile(bench, "README.md", "exec"), names)
+    assert names["shape"].contacts.total[1] < 0.0
+    assert names["shape"].stable
 
 
 def test_robot_file_loads(tmp_path):

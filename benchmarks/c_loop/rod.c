@@ -398,11 +398,8 @@ static void lay(const robot *q, int n, mesh *on)
                 right = end;
         }
         int steps = larger_int(1, (int)rint(n * (right - left) / length));
-        /* By the reciprocal and fused, as Numba compiles it: a midpoint of one grid may lie on a node of another, and
-         * then the last bit decides in `carry` which old step gives the guess. */
-        double part = 1.0 / steps;
         for (int k = 1; k <= steps; k++)
-            on->s[count + k] = fma((right - left) * k, part, left);
+            on->s[count + k] = left + (right - left) * k / steps;
         count += steps;
         on->s[count] = right;
         left = right;
@@ -423,7 +420,7 @@ static void carry(const mesh *from, mesh *to)
     int k = 0;
     for (int i = 0; i < to->steps; i++) {
         double a = to->s[i], h = to->s[i + 1] - a;
-        while (k < from->steps - 1 && from->s[k + 1] <= a + 0.5 * h)
+        while (k < from->steps - 1 && from->s[k + 1] < a + 0.5000001 * h)
             k++;
         double H = from->s[k + 1] - from->s[k];
         for (int part = 0; part < 2; part++) {

@@ -4,10 +4,10 @@ otherwise.
 
 from .body import Segments, TaperedRod
 from .errors import InvalidInput, NotConverged, TendonrodError
+from .loads import DistributedLoad, LumpedMass, PointLoad
 from .motion.follow_leader import plan_follow_leader
 from .motion.plan import Plan
 from .motion.progression import Motion, progress
-from .loads import DistributedLoad, LumpedMass, PointLoad
 from .robot import Robot, load_robot, preset_names
 from .section import NotchedTube, PlainRod, Section, StiffnessFactors
 from .statics.batch import Batch, solve_batch

@@ -1,7 +1,8 @@
 """Loads at and between any places of the robot: `PointLoad`, `LumpedMass`, `DistributedLoad`. SI units.
 
 Places are material coordinates s_m (m): 0 at the robot's base, L_na at its tip. What lies inside the outer tube has no
-effect; what stands at a joint between segments acts on the section before it. ``frame`` is "world" for dead loads, fixed in direction, or "body" for follower loads, which turn with the section.
+effect; what stands at a joint between segments acts on the section before it. ``frame`` is "world" for dead loads,
+fixed in direction, or "body" for follower loads, which turn with the section.
 """
 
 from __future__ import annotations
@@ -61,9 +62,10 @@ class LumpedMass:
 
 @dataclass(frozen=True, kw_only=True)
 class DistributedLoad:
-    """Force (N/m) and moment (N m/m) per metre of s from ``start`` to ``end`` (m, None for the tip), on the neutral axis.
+    """Force (N/m) and moment (N m/m) per metre of s from ``start`` to ``end`` (m, None for the tip).
 
-    Where force_end or moment_end are given, the density changes linearly from start to end.
+    They act on the neutral axis. Where force_end or moment_end are given, the density changes linearly from start to
+    end.
     """
 
     force: Three = ZERO

@@ -13,7 +13,6 @@ import numpy as np
 import pytest
 
 from tendonrod import InvalidInput, Shape, Status, Tendon, solve
-from tendonrod.statics import batch as module
 from tendonrod.statics import batch_work
 from tendonrod.statics.batch import solve_batch
 from tendonrod.statics.batch_inputs import Inputs

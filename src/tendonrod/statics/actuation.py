@@ -1,8 +1,8 @@
 """What drives the tendons of a trial: given tensions or pulled lengths, with friction between tendon and tube.
 
-Pulled length: d = L* - L + c tau, with L the path's length, L* that of the straight robot, c the compliance of the whole
-tendon; a tendon never pushes. Friction: what arrives at a section lies between tau exp(-mu Theta) and tau exp(mu Theta),
-Theta = integral of |u x t + t'|, and stays as it was between them. Source: docs/method, Tendons.
+Pulled length: d = L* - L + c tau, with L the path's length, L* that of the straight robot, c the compliance of the
+whole tendon; a tendon never pushes. Friction: what arrives at a section lies between tau exp(-mu Theta) and
+tau exp(mu Theta), Theta = integral of |u x t + t'|, and stays as it was between them. Source: docs/method, Tendons.
 """
 
 from __future__ import annotations
@@ -17,7 +17,6 @@ if TYPE_CHECKING:
 
 MIDDLE = 3**0.5 / 6  # offset of the Gauss nodes from the middle of a step, in steps
 WITHIN = np.array([[0.25, 0.25 - MIDDLE], [0.25 + MIDDLE, 0.25]])  # integrals from the step's start to its stages
-FINEST = 1e-13  # m, smallest change of a tendon's length worth another round
 ROUNDS = 60
 
 

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..errors import InvalidInput
+from .branch_points import Place, Point, State, Way
 from .problem import RodProblem
 from .second_variation import Linear
 from .trial import Trial
@@ -30,7 +31,6 @@ BALANCED, ALMOST = 1e-11, 1e-8  # last correction: to be met, and enough where r
 LARGEST_ANGLE, SMALL_ANGLE = 0.4, 0.12  # rad between tangents: above, the step is halved; below, it grows
 LOCATED = 1e-9  # of a step: how well folds and bifurcations are located
 BESIDE = 1e-3  # of a step: where the directions on both sides of a fold are counted
-
 
 Progress = Callable[[int, float], object]
 
@@ -58,30 +58,6 @@ def carried_over(solution: Solution | NewtonSolution, problem: RodProblem, n: in
     return trial
 
 
-@dataclass(frozen=True, eq=False)
-class State:
-    """Strains x (2n, 6), tensions tau (T,) and parameter t."""
-
-    x: np.ndarray
-    tau: np.ndarray
-    t: float
-
-    def plus(self, by: float, other: State) -> State:
-        return State(self.x + by * other.x, self.tau + by * other.tau, self.t + by * other.t)
-
-
-@dataclass(frozen=True, eq=False)
-class Point(State):
-    """A balanced state and what is known there. tangent: of unit length; tip_slope: motion of the tip along it."""
-
-    tangent: State
-    tip: np.ndarray
-    tip_slope: np.ndarray
-    negative: int
-    energy: float
-    iterations: int
-
-
 class Curve:
     """One family of problems on one grid."""
 
@@ -91,7 +67,6 @@ class Curve:
         self.marks = _marks(trial.problem)
         self.weight = (trial.weights / length)[:, None] * np.array([1.0, 1.0, 1.0, *3 * [length**2]])
         self.driven = trial.strands.driven if trial.strands is not None else np.empty(0, dtype=int)
-        self.conservative = trial.problem.conservative
 
     def dot(self, a: State, b: State) -> float:
         """Inner product of two differences of states."""
@@ -300,29 +275,7 @@ class Curve:
 
     def _differ(self, one: int, other: int) -> bool:
         """Whether directions change sides between the counts; without a potential, the determinant its sign."""
-        return one != other if self.conservative else (one - other) % 2 != 0
-
-
-@dataclass(frozen=True)
-class Place:
-    """A point of a way, and what happens there; sides: the numbers of unstable directions before and after."""
-
-    point: Point
-    kind: str = ""
-    sides: tuple[int, int] = (0, 0)
-
-
-@dataclass
-class Way:
-    """Places in order, and why there are no more."""
-
-    places: list[Place]
-    ended: str
-
-    @property
-    def count(self) -> int:
-        """Number of points that are no folds or bifurcations."""
-        return sum(not each.kind for each in self.places)
+        return one != other if self.first.problem.conservative else (one - other) % 2 != 0
 
 
 def _marks(problem: RodProblem) -> np.ndarray:

@@ -15,27 +15,18 @@ from math import nan
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numpy.polynomial import legendre
 
-from .newton import NewtonSolution
-from .problem import problem_of
+from .panels import INTEGRAL, NODES, SERIES, SLOPE, WEIGHTS, Places, Samples, edge, spread_out
+from .problem import SAME_PLACE
 from .solution import RETRACTED
 
 if TYPE_CHECKING:
     from .shape import Shape
     from .trial import Trial
 
-NODES = 12  # in a panel
-TURN = 3.0  # rad by which a section may turn within a panel of the first quadrature
 MOST_PANELS = 2000
 SETTLED = 1e-10  # error that no finer quadrature is needed for
-SAME_PLACE = 1e-9  # of the exposed length: places closer than this are one
 SLENDER = 1e-7  # of EA: force below which the rounding of a strain counts
-
-_X, _WEIGHTS = legendre.leggauss(NODES)
-_SERIES = np.linalg.inv(legendre.legvander(_X, NODES - 1))  # Legendre coefficients from values at the nodes
-_INTEGRAL = legendre.legvander(_X, NODES) @ legendre.legint(_SERIES, lbnd=-1)  # from -1 to each node
-_SLOPE = legendre.legvander(_X, NODES - 2) @ legendre.legder(_SERIES)  # derivatives at the nodes
 
 
 class Worst(NamedTuple):
@@ -91,7 +82,7 @@ def balance_errors(shape: Shape) -> BalanceErrors:
     if not shape.converged or shape.length < RETRACTED:
         nothing = Worst(0.0 if shape.converged else nan, 0.0)
         return BalanceErrors(**dict.fromkeys(BalanceErrors.__dataclass_fields__, nothing))
-    places, split, still = _Places(shape), 1, 0
+    places, split, still = Places(shape), 1, 0
     errors, rough = _errors(places, split)
     while errors.largest > SETTLED and rough > 0.1 * errors.largest and places.count(2 * split) <= MOST_PANELS:
         before, split = errors.largest, 2 * split
@@ -102,62 +93,9 @@ def balance_errors(shape: Shape) -> BalanceErrors:
     return errors
 
 
-class _Places:
-    """A shape, its problem and the stretches between the places where something ends or acts."""
-
-    def __init__(self, shape: Shape) -> None:
-        self.shape, solution = shape, shape._solution
-        self.problem = problem_of(solution)
-        self.length, self.exit, robot = solution.length, solution.s_exit, shape.robot
-        self.tensions, self.reach = solution.tensions, robot.tendon_ends - self.exit
-        self.frame = self.problem.frame
-        touches = isinstance(solution, NewtonSolution) and self.problem.request.surface is not None
-        self.touching: Trial | None = solution.trial if touches else None  # pyright: ignore[reportAttributeAccessIssue]
-        tables = [robot.section_table[:, 0], robot.tendon_table[:, 1], robot.breaks, robot.joints[:, 0]]
-        tables += [self.touching.grid + self.exit] if self.touching is not None else []
-        marks = np.concatenate([*tables, self.problem.points[:, 0], self.problem.spread[:, :2].ravel()]) - self.exit
-        near = SAME_PLACE * self.length
-        marks = np.sort(marks[(marks > near) & (marks < self.length - near)])
-        self.marks = np.concatenate([[0.0], marks[np.diff(marks, prepend=0.0) > near], [self.length]])
-        helix = np.abs(robot.tendon_table[:, 14]).max(initial=0.0)
-        rate = np.linalg.norm(solution.strains[:, 3:], axis=1).max() + helix  # only tells how fine to look
-        self.panels = np.maximum(1, np.ceil(rate * np.diff(self.marks) / TURN)).astype(int)
-
-    def count(self, split: int) -> int:
-        """Panels when each of the coarsest is split."""
-        return split * int(self.panels.sum())
-
-    def starts(self, split: int) -> np.ndarray:
-        """Start of each panel, and the end of the last."""
-        spans = zip(self.marks[:-1], self.marks[1:], split * self.panels, strict=True)
-        parts = [np.linspace(a, b, n, endpoint=False) for a, b, n in spans]
-        return np.concatenate([*parts, self.marks[-1:]])
-
-
-class _Samples:
-    """What the shape gives at the start and the nodes of each of P panels and at the tip, in a row."""
-
-    def __init__(self, places: _Places, split: int) -> None:
-        self.edges = edges = places.starts(split)
-        self.width, self.middle = np.diff(edges), 0.5 * (edges[1:] + edges[:-1])
-        self.panel = np.append(np.repeat(np.arange(len(self.width)), NODES + 1), len(self.width) - 1)
-        nodes = edges[:-1, None] + 0.5 * self.width[:, None] * np.concatenate([[0.0], 1.0 + _X])
-        self.s = np.append(nodes, edges[-1])
-        held = places.shape.s
-        rows = places.shape.at(np.concatenate([self.s, held]))._rows
-        self.held, rows = rows[len(self.s) :], rows[: len(self.s)]
-        self.p, self.R = rows[:, :3] - places.frame[:3], rows[:, 3:12].reshape(-1, 3, 3)
-        self.v, self.u, self.N, self.M = rows[:, 12:15], rows[:, 15:18], rows[:, 18:21], rows[:, 21:24]
-        self.section = places.shape.robot.section_values(self.s + places.exit)
-
-    def at_nodes(self, values: np.ndarray) -> np.ndarray:
-        """(P, NODES, d) the values at the nodes of the panels."""
-        return values[:-1].reshape(len(self.width), NODES + 1, -1)[:, 1:]
-
-
-def _errors(places: _Places, split: int) -> tuple[BalanceErrors, float]:
+def _errors(places: Places, split: int) -> tuple[BalanceErrors, float]:
     """The errors with each panel split, and what the quadrature contributes to them at the most."""
-    x, L = _Samples(places, split), places.length
+    x, L = Samples(places, split), places.length
     EI = x.section[:, 3:6].min()
     force = max(_sizes(x.N).max(), EI / L**2)
     moment = max(_sizes(x.M).max(), EI / L)
@@ -166,11 +104,11 @@ def _errors(places: _Places, split: int) -> tuple[BalanceErrors, float]:
     spin = _cross(x.R, x.u[:, None]).reshape(-1, 9)  # R u^, whose rows are those of R, times u
     rates = np.concatenate([_turned(x.R, x.v), spin, f, _cross(x.p, f) + couple], axis=1)
     y = x.at_nodes(rates)
-    inner = 0.5 * x.width[:, None, None] * (_INTEGRAL @ y)
-    whole = 0.5 * x.width[:, None] * (_WEIGHTS @ y)
-    turn = max(1.0, float(0.5 * x.width @ (x.at_nodes(_sizes(x.u))[..., 0] @ _WEIGHTS)))
+    inner = 0.5 * x.width[:, None, None] * (INTEGRAL @ y)
+    whole = 0.5 * x.width[:, None] * (WEIGHTS @ y)
+    turn = max(1.0, float(0.5 * x.width @ (x.at_nodes(_sizes(x.u))[..., 0] @ WEIGHTS)))
     units = np.repeat([L, turn, force, moment], [3, 9, 3, 3])
-    rough = (x.width[:, None, None] * np.abs(_SERIES[-2:] @ y) / units).max() / NODES
+    rough = (x.width[:, None, None] * np.abs(SERIES[-2:] @ y) / units).max() / NODES
     p, R = _frames(places, x, inner[..., :12], whole[:, :12])
     N, M = _wrenches(places, x, inner[..., 12:], whole[:, 12:])
     n, m = _section_law(places, x)
@@ -186,7 +124,7 @@ def _errors(places: _Places, split: int) -> tuple[BalanceErrors, float]:
     ), float(rough)
 
 
-def _line_load(places: _Places, x: _Samples) -> tuple[np.ndarray, np.ndarray]:
+def _line_load(places: Places, x: Samples) -> tuple[np.ndarray, np.ndarray]:
     """Force and moment (n, 3) per metre of s, in the world, about the neutral axis."""
     world = places.problem.world
     weight = x.section[:, 12:13] * world[:3]
@@ -208,7 +146,7 @@ def _line_load(places: _Places, x: _Samples) -> tuple[np.ndarray, np.ndarray]:
     return f, couple
 
 
-def _pressed(trial: Trial, x: _Samples) -> np.ndarray:
+def _pressed(trial: Trial, x: Samples) -> np.ndarray:
     """(n, 3) force per metre of a surface on the tube's axis: linear in each step through what it is at the stages."""
     one = 2 * (np.searchsorted(trial.grid, x.middle) - 1)[x.panel]
     at, force = trial.stages, trial.touch[:, :3]
@@ -216,47 +154,62 @@ def _pressed(trial: Trial, x: _Samples) -> np.ndarray:
     return force[one] + along[:, None] * (force[one + 1] - force[one])
 
 
-def _axis_arm(places: _Places, x: _Samples) -> np.ndarray:
+def _axis_arm(places: Places, x: Samples) -> np.ndarray:
     """(n, 3) from p to the tube's axis, world frame."""
     offset = places.shape.robot.axis_offset(x.s + places.exit)
     return _turned(x.R, np.concatenate([offset, np.zeros((len(offset), 1))], axis=1))
 
 
-def _frames(places: _Places, x: _Samples, inner: np.ndarray, whole: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _frames(places: Places, x: Samples, inner: np.ndarray, whole: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """p (n, 3) from the exit and R (n, 9) that the strains lead to."""
     start = np.concatenate([np.zeros((1, 12)), np.cumsum(whole, axis=0)])
     start[:, 3:] += places.frame[3:]
     for s_m, dx, dy, angle in places.shape.robot.joints:
         if s_m - places.exit > SAME_PLACE * places.length:
-            k, (c, d) = _edge(x, s_m - places.exit), (np.cos(angle), np.sin(angle))
+            k = edge(x, s_m - places.exit)
             R = start[k, 3:].reshape(3, 3)
-            turn = R @ np.array([[c - 1.0, -d, 0.0], [d, c - 1.0, 0.0], [0.0, 0.0, 0.0]])
-            start[k:] += np.concatenate([R @ (dx, dy, 0.0), turn.ravel()])
-    found = _spread_out(start, inner)
+            start[k:] += np.concatenate([R @ (dx, dy, 0.0), (R @ _turn(angle) - R).ravel()])
+    found = spread_out(start, inner)
     return found[:, :3], found[:, 3:]
 
 
-def _wrenches(places: _Places, x: _Samples, inner: np.ndarray, whole: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _wrenches(places: Places, x: Samples, inner: np.ndarray, whole: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """N, M (n, 3) that the loads beyond each place ask for. A point load lies beyond its own place only at the tip."""
     start = np.concatenate([whole[::-1].cumsum(axis=0)[::-1], np.zeros((1, 6))])
     for row in places.problem.points:
         s = row[0] - places.exit
         if s > SAME_PLACE * places.length:
-            k = _edge(x, s)
-            at = min(k * (NODES + 1), len(x.s) - 1)
-            R = x.R[at]
+            k = edge(x, s)
+            p, R = _before_joint(places, x, k)
             F, M = (R @ row[1:4], R @ row[4:7]) if row[10] else (row[1:4], row[4:7])
             tip = k == len(x.width)
-            start[: k + tip] += np.concatenate([F, M + np.cross(x.p[at] + R @ row[7:10], F)])
+            start[: k + tip] += np.concatenate([F, M + np.cross(p + R @ row[7:10], F)])
     if places.touching is not None:
         F = places.touching.touch[-1, :3]
         start += np.concatenate([F, np.cross(x.p[-1] + _axis_arm(places, x)[-1], F)])
-    found = _spread_out(start, -inner)
+    found = spread_out(start, -inner)
     N = found[:, :3]
     return N, found[:, 3:] - _cross(x.p, N)
 
 
-def _section_law(places: _Places, x: _Samples) -> tuple[np.ndarray, np.ndarray]:
+def _before_joint(places: Places, x: Samples, k: int) -> tuple[np.ndarray, np.ndarray]:
+    """p (3,), R (3, 3) at an edge; at a joint those of the section before it, on which loads there act."""
+    at = min(k * (NODES + 1), len(x.s) - 1)
+    p, R = x.p[at], x.R[at]
+    for s_m, dx, dy, angle in places.shape.robot.joints:
+        if abs(s_m - places.exit - x.s[at]) <= SAME_PLACE * places.length:
+            R = R @ _turn(angle).T
+            p = p - R @ (dx, dy, 0.0)
+    return p, R
+
+
+def _turn(angle: float) -> np.ndarray:
+    """(3, 3) rotation about z."""
+    c, d = np.cos(angle), np.sin(angle)
+    return np.array([[c, -d, 0.0], [d, c, 0.0], [0.0, 0.0, 1.0]])
+
+
+def _section_law(places: Places, x: Samples) -> tuple[np.ndarray, np.ndarray]:
     """Force and moment (n, 3) in the section frame that rod and tendons together miss."""
     n = x.section[:, :3] * (x.v - x.section[:, 6:9]) - np.einsum("nji,nj->ni", x.R, x.N)
     m = x.section[:, 3:6] * (x.u - x.section[:, 9:12]) - np.einsum("nji,nj->ni", x.R, x.M)
@@ -275,13 +228,13 @@ def _section_law(places: _Places, x: _Samples) -> tuple[np.ndarray, np.ndarray]:
     return n, m
 
 
-def _rubbed(places: _Places, x: _Samples, i: int, t: np.ndarray) -> np.ndarray:
+def _rubbed(places: Places, x: Samples, i: int, t: np.ndarray) -> np.ndarray:
     """(n,) tension of a tendon with friction: what held it before, within tau exp(-mu Theta) and tau exp(mu Theta)."""
     at = x.at_nodes(t)
-    rate = _cross(x.at_nodes(x.u), at) + 2.0 * (_SLOPE @ at) / x.width[:, None, None]
+    rate = _cross(x.at_nodes(x.u), at) + 2.0 * (SLOPE @ at) / x.width[:, None, None]
     rate = np.linalg.norm(rate, axis=2, keepdims=True)  # |u x t + t'|, of which Theta is the integral
-    whole = np.concatenate([[0.0], np.cumsum(0.5 * x.width * (_WEIGHTS @ rate)[:, 0])])[:, None]
-    turned = _spread_out(whole, 0.5 * x.width[:, None, None] * (_INTEGRAL @ rate))[:, 0]
+    whole = np.concatenate([[0.0], np.cumsum(0.5 * x.width * (WEIGHTS @ rate)[:, 0])])[:, None]
+    turned = spread_out(whole, 0.5 * x.width[:, None, None] * (INTEGRAL @ rate))[:, 0]
     friction, tension = places.shape.robot.friction[i] * turned, places.tensions[i]
     low, high, before = tension * np.exp(-friction), tension * np.exp(friction), places.problem.request.history
     return low if before is None else np.clip(np.interp(x.s + places.exit, before.s_m, before.tau[:, i]), low, high)
@@ -295,16 +248,6 @@ def _shortest(robot, i: int, s_m: np.ndarray, u: np.ndarray, v: np.ndarray, wall
     rises = u[:, 1] * v[:, 2] - u[:, 2] * v[:, 1]  # minus half the slope of |path|^2 over x, at x = 0
     best = np.divide(rises, turn, out=np.full_like(turn, np.inf), where=turn > 0.0)
     return np.stack([np.clip(best, middle - reach, middle + reach), wall[:, 1], wall[:, 2]], axis=1)
-
-
-def _edge(x: _Samples, s: float) -> int:
-    return int(np.abs(x.edges - s).argmin())
-
-
-def _spread_out(start: np.ndarray, inner: np.ndarray) -> np.ndarray:
-    """Values (n, d) at all samples, from those at the edges (P + 1, d) and the growth within (P, NODES, d)."""
-    first = start[:-1, None]
-    return np.concatenate([np.concatenate([first, first + inner], axis=1).reshape(-1, start.shape[1]), start[-1:]])
 
 
 def _worst(s: np.ndarray, differences: np.ndarray) -> Worst:

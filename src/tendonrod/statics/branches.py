@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import Fact, InvalidInput, finite, nonnegative, positive, vector, whole
-from .arclength import Curve, Family, Point, Way, carried_over
-from .derivatives import LINEAR, _name, _scalars, _sides, change
+from .arclength import Curve, Family, carried_over
+from .branch_points import Point, Way
+from .inputs import LINEAR, change, named, numbers_of, sides, value_of
 from .newton import NewtonSolution
 from .problem import Request, RodProblem, problem_of, rod_problem
 from .shape import Shape, Status
@@ -131,11 +132,11 @@ def follow_branch(
     most = whole("most", most, 2)
     n = whole("steps", max(FEWEST_STEPS, 2 * start.steps) if steps is None else steps, 1, MOST_STEPS)
     if isinstance(parameter, str):
-        (stem, i, *_), *others = _scalars(asked, parameter)
-        name = _name(stem, i)
+        (stem, i, *_), *others = numbers_of(asked, parameter)
+        name = named(stem, i)
         if others:
             raise InvalidInput("parameter", parameter, f"one number, such as {name}")
-        t = _value(asked, name)
+        t = value_of(asked, name)
         low, high, sense = _interval(stop, t)
         family = _named(asked, name, t)
     elif callable(parameter):
@@ -154,7 +155,7 @@ def follow_branch(
 
 def _branch(curve: Curve, way: Way, name: str) -> Branch:
     points = tuple(place.point for place in way.places)
-    known = curve.conservative
+    known = curve.first.problem.conservative
     gaps = [np.sqrt(curve.dot(b.plus(-1.0, a), b.plus(-1.0, a))) for a, b in pairwise(points)]
     negative = [min(each.sides) if each.kind else each.point.negative for each in way.places]
     arrays = {
@@ -192,18 +193,18 @@ def _named(asked: Request, column: str, at: float) -> Family:
     def request(t: float) -> Request:
         return asked if t == at else change(asked, column, t - at)
 
-    def sides(t: float) -> tuple[RodProblem, RodProblem | None, float]:
-        up, down, size = _sides(request(t), *_scalars(asked, column)[0])
+    def around(t: float) -> tuple[RodProblem, RodProblem | None, float]:
+        up, down, size = sides(request(t), *numbers_of(asked, column)[0])
         return rod_problem(up), None if down is None else rod_problem(down), size
 
-    return Family(lambda t: rod_problem(request(t)), sides)
+    return Family(lambda t: rod_problem(request(t)), around)
 
 
 def _given(asked: Request, function: Callable[[float], Mapping[str, Any]], at: float, half: float) -> Family:
     def request(t: float) -> Request:
         return replace(asked, **_checked(asked, function(t)))
 
-    def sides(t: float) -> tuple[RodProblem, RodProblem | None, float]:
+    def around(t: float) -> tuple[RodProblem, RodProblem | None, float]:
         try:
             return rod_problem(request(t + half)), rod_problem(request(t - half)), 2.0 * half
         except InvalidInput:  # at the edge of what is allowed
@@ -215,7 +216,7 @@ def _given(asked: Request, function: Callable[[float], Mapping[str, Any]], at: f
         same = value == had if key == "loads" else np.allclose(value, had, rtol=1e-9, atol=0.0)
         if not same:
             raise InvalidInput(f"parameter({at:.6g})[{key!r}]", value, f"that of the start, {had}")
-    return Family(lambda t: rod_problem(request(t)), sides)
+    return Family(lambda t: rod_problem(request(t)), around)
 
 
 def _checked(asked: Request, given: Mapping[str, Any]) -> dict[str, Any]:
@@ -234,26 +235,6 @@ def _checked(asked: Request, given: Mapping[str, Any]) -> dict[str, Any]:
         else:
             found[key] = tuple(value) if key == "loads" else finite(key, value)
     return found
-
-
-def _value(asked: Request, column: str) -> float:
-    """What an input, named as in `Jacobian.names`, is now."""
-    stem, _, rest = column.partition("[")
-    if not rest:
-        own = column in ("insertion", "rotation")
-        return float(getattr(asked, column) if own else asked.robot.parameters()[column])
-    if stem == "loads":
-        index, _, name = rest.partition("].")
-        name, _, part = name.partition("[")
-        value = getattr(asked.loads[int(index)], name)
-        return float(value[int(part.removesuffix("]"))] if part else value)
-    i = int(rest.removesuffix("]"))
-    if stem == "exit_rotation":
-        return 0.0
-    if stem == "exit_position":
-        return 0.0 if asked.pose is None else float(asked.pose[i, 3])
-    field = {"displacements": "pulled", "exit_tilt": "tilt", "exit_offset": "offset"}.get(stem, stem)
-    return float(getattr(asked, field)[i])
 
 
 def _interval(stop: float | Sequence[float], t: float) -> tuple[float, float, float]:

@@ -7,13 +7,14 @@ along the gradient of d, p gap = 0. Source: docs/method.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
 from ..errors import InvalidInput
 
 if TYPE_CHECKING:
+    from ..surface import Surface
     from .problem import RodProblem
     from .trial import Trial
 
@@ -55,11 +56,12 @@ class Contact:
     """Gaps and forces of one trial. The last of the 2n + 1 places is the tip, where the force is in N, not N/m."""
 
     def __init__(self, problem: RodProblem, trial: Trial) -> None:
-        self.surface = problem.request.surface
+        self.surface = cast("Surface", problem.request.surface)
         at = np.append(trial.stages, problem.length) + problem.s_exit
         self.radius = problem.robot.outer_radius(at)
         if np.isnan(self.radius).any():
-            raise InvalidInput("surface", self.surface, "left out for a rod without a radius, given by area and inertia")
+            allowed = "left out for a rod without a radius, given by area and inertia"
+            raise InvalidInput("surface", self.surface, allowed)
         self.s, self.origin = np.append(trial.stages, problem.length), problem.frame[:3]
         self.share = np.append(trial.weights, trial.weights.min())  # m of the rod that each place stands for
         axis = trial.station[:, trial.kernel.AXIS : trial.kernel.AXIS + 2]
@@ -150,7 +152,7 @@ def press(trial: Trial, tolerance: float) -> int:
     Down in energy where the loads have a potential, against a quadratic model of the gaps which is renewed until it
     holds. tolerance: of the balance, m. Returns the number of iterations, negative where they lead nowhere.
     """
-    contact, asked, count, kicks = trial.contact, trial.problem.request, 0, 3
+    contact, asked, count, kicks = cast(Contact, trial.contact), trial.problem.request, 0, 3
     trial.walk()
     contact.look(trial)
     trial.walk()
@@ -172,7 +174,8 @@ def press(trial: Trial, tolerance: float) -> int:
             if kicks == 0 or not trial.problem.conservative or trial.factor() == 0:
                 return count
             kicks -= 1  # on a saddle: a little bend, ever different, shows which way is down
-            trial.x[:, 3:5] += KICK / trial.problem.length * np.cos(np.arange(trial.x.shape[0])[:, None] + [0.0, 1.0 + kicks])
+            bend = np.cos(np.arange(trial.x.shape[0])[:, None] + [0.0, 1.0 + kicks])
+            trial.x[:, 3:5] += KICK / trial.problem.length * bend
             trial.walk()
             continue
         contact.held = contact.press
@@ -182,7 +185,7 @@ def press(trial: Trial, tolerance: float) -> int:
 
 def approach(trial: Trial, tolerance: float) -> int:
     """As `press`, from the shape without contact: the surface comes on step by step from where it just touches that."""
-    contact, relief = trial.contact, 1.0
+    contact, relief = cast(Contact, trial.contact), 1.0
     contact.relief, contact.held = FAR, np.zeros_like(contact.held)
     if press(trial, tolerance) <= 0:
         return 0

@@ -91,10 +91,8 @@ def _arrive(target: S, last: S) -> S | None:
 
 
 def _walk(target: S, way) -> tuple[S | None, float, bool]:
-    """Last solution on the way, None if not even its start has one; the share of the way that was gone; whether sections
-    already fail at its start.
-    """
-    first, done = target.scaled(*way[0], STEPS), 0.0
+    """Last solution on the way, None if its start has none; share of the way gone; whether its start is crushed."""
+    first, done = target.scaled(way[0][0], way[0][1], STEPS), 0.0
     last = first if first.run(None) == CONVERGED else None
     for (load0, tension0), (load1, tension1) in pairwise(way):
         at, stride = 0.0, 0.25

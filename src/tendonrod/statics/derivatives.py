@@ -1,8 +1,8 @@
 """`jacobian`: how a shape answers a change of what was asked, exact through the implicit function theorem.
 
-The discrete equations r(x; input) = 0 of the solution's own grid are differentiated: dx = -(dr/dx)^-1 dr/dinput. dr/dx is
-factored once; dr/dinput is taken at fixed strains, where r is explicit: by its exact difference where it is linear in the
-input, else by a central difference. No solve is ever differenced. Derivation: docs/method.
+The discrete equations r(x; input) = 0 on the solution's grid are differentiated: dx = -(dr/dx)^-1 dr/dinput. dr/dx is
+factored once; dr/dinput is taken at fixed strains, where r is explicit: by its exact difference where it is linear in
+the input, else by a central difference. No solve is ever differenced. Derivation: docs/method.
 """
 
 from __future__ import annotations
@@ -16,32 +16,29 @@ import numpy as np
 
 from ..body import parts
 from ..errors import InvalidInput
-from ..rotation import exp_so3, log_so3
+from ..rotation import log_so3
+from .inputs import STEP, Scalar, change, named, numbers_of, sides
 from .problem import SAME_PLACE, Request, RodProblem, problem_of, rod_problem
 from .trial import GAUSS, Trial
 
 if TYPE_CHECKING:
     from .shape import Shape
 
-STEP = 2e-6  # relative, of central differences at fixed strains
 RIGID = 1e4  # contact stiffness in derivatives, relative to that of the solve
-LINEAR = ("gravity", "tip_force", "tip_moment", "distributed_force", "distributed_moment")  # three columns each
-COUNTS = dict.fromkeys(LINEAR, 3) | {"exit_position": 3, "exit_rotation": 3, "exit_tilt": 2, "exit_offset": 2}
 # Where inputs stand in a change of `Trial.columns`, behind the tensions.
-PLACES = {"tensions": 0, "gravity": 0, "distributed_force": 3, "distributed_moment": 6, "tip_force": 9, "tip_moment": 12}
-PLACES |= {"exit_position": 15, "exit_rotation": 18, "rotation": 18}
+PLACES = {"tensions": 0, "gravity": 0, "distributed_force": 3, "distributed_moment": 6, "tip_force": 9}
+PLACES |= {"tip_moment": 12, "exit_position": 15, "exit_rotation": 18, "rotation": 18}
 STAGES = np.array([0.0, GAUSS, 1.0 - GAUSS, 1.0 - 1e-13])  # of a step: ends, the last before a jump there, and stages
 ROUNDS = 40  # of friction's answer
-Scalar = tuple[str, int | None, float, bool]  # input, its entry, natural size, whether the imbalance is linear in it
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Jacobian:
     """Derivatives of a shape at arc lengths s (n,) by the m inputs ``names``; SI, world frame, columns last.
 
-    position (n, 3, m) of the neutral axis; rotation (n, 3, m): rotation vector of the section; v, u (n, 3, m): strains in
-    the section frame; tensions (T, m) at the exit. By insertion, material points are followed: the section that is at s
-    moves out with the robot.
+    position (n, 3, m) of the neutral axis; rotation (n, 3, m): rotation vector of the section; v, u (n, 3, m): strains
+    in the section frame; tensions (T, m) at the exit. By insertion, material points are followed: the section that is
+    at s moves out with the robot.
     """
 
     names: tuple[str, ...]
@@ -65,22 +62,24 @@ def jacobian(shape: Shape, inputs: Sequence[str], s: np.ndarray) -> Jacobian:
     """Derivatives of ``shape`` at ``s`` (n,) by ``inputs``; see `Shape.jacobian`."""
     answers = _Answers(shape, s, rubs=any("friction" in name for name in inputs))
     asked = answers.trial.problem.request
-    scalars = [scalar for name in inputs for scalar in _scalars(asked, name)]
+    scalars = [scalar for name in inputs for scalar in numbers_of(asked, name)]
     found = np.empty((len(scalars), s.size, 12))
     tensions = np.zeros((len(scalars), asked.robot.n_tendons))
     quick = [i for i, (stem, *_) in enumerate(scalars) if stem in PLACES and answers.strands is None]
-    found[quick] = answers.at_once([scalars[i] for i in quick])
+    if quick:
+        found[quick] = answers.at_once([scalars[i] for i in quick])
     for i in quick:
         if scalars[i][0] == "tensions":
             tensions[i, scalars[i][1]] = 1.0
     for i in sorted({*range(len(scalars))} - {*quick}):
-        found[i], tensions[i] = answers.column(*_sides(asked, *scalars[i]))
+        found[i], tensions[i] = answers.column(*sides(asked, *scalars[i]))
     moved = found.transpose(1, 2, 0)
     position = moved[:, :3] + np.cross(moved[:, 3:6], answers.frames[:, :3, None], axis=1)
-    arrays = {"position": position, "rotation": moved[:, 3:6], "v": moved[:, 6:9], "u": moved[:, 9:], "tensions": tensions.T}
+    arrays = {"position": position, "rotation": moved[:, 3:6], "v": moved[:, 6:9], "u": moved[:, 9:]}
+    arrays["tensions"] = tensions.T
     for array in (s, *arrays.values()):
         array.setflags(write=False)
-    return Jacobian(names=tuple(_name(stem, i) for stem, i, *_ in scalars), s=s, **arrays)
+    return Jacobian(names=tuple(named(stem, i) for stem, i, *_ in scalars), s=s, **arrays)
 
 
 def compliance(shape: Shape) -> np.ndarray:
@@ -100,7 +99,7 @@ def compliance(shape: Shape) -> np.ndarray:
 
 
 class _Answers:
-    """Columns of one solved shape at arc lengths s: exact at the nodes and stages of its steps, blended between them."""
+    """Columns of one solved shape at arc lengths s: exact at nodes and stages of its steps, blended between them."""
 
     def __init__(self, shape: Shape, s: np.ndarray, rubs: bool = False) -> None:
         solution = shape._solution
@@ -121,7 +120,7 @@ class _Answers:
         self.frames, self.strains_at = rows[:, :12].copy(), rows[:, 12:18].copy()
         self.frames[:, :3] -= trial.problem.frame[:3]
         self.strands = trial.strands
-        self.units = self._units() if self.strands is not None else {}
+        self.units = self._units()
 
     @cached_property
     def strains(self) -> np.ndarray:
@@ -158,7 +157,7 @@ class _Answers:
                 row[-3:], about = (R[:, 2], R[:, :2] @ axis) if stem == "rotation" else (np.eye(3)[i], about)
                 row[-6:-3] = np.cross(about, row[-3:])
             else:
-                row[T + PLACES[stem] + i] = 1.0
+                row[T + PLACES[stem] + (i or 0)] = 1.0
         if self.nodes:
             return trial.columns(changes, self.at, self.strains_at)
         found, still = trial.columns(changes, self.s, self.strains), np.zeros(self.at.size)
@@ -172,7 +171,7 @@ class _Answers:
     def _units(self) -> dict[int, tuple[np.ndarray, np.ndarray]]:
         """Answers to each tension that is not given but follows from a pulled length."""
         asked, found = self.trial.problem.request, {}
-        for i in self.strands.driven:
+        for i in () if self.strands is None else self.strands.driven:
             if self.trial.tensions[i] > 0.0:
                 half = STEP * self.trial.tensions[i]
                 sides = change(asked, f"tensions[{i}]", half), change(asked, f"tensions[{i}]", -half)
@@ -213,8 +212,8 @@ class _Answers:
     def _between(self, found: np.ndarray, stretched: np.ndarray, ahead: np.ndarray) -> np.ndarray:
         """(n, 12) answers at ``at`` from those at the nodes and stages: twists cubic with their slopes, strains cubic.
 
-        stretched (n,): by how much the step grows with the input, per length; ahead (n,): by how much the material point
-        moves on along the body beside that, m.
+        stretched (n,): by how much the step grows with the input, per length; ahead (n,): by how much the material
+        point moves on along the body beside that, m.
         """
         found, strains, places = (each.reshape(self.at.size, 4, -1) for each in (found, self.strains, self.base[0]))
         weights, slopes = _cubic(self.t)
@@ -240,18 +239,20 @@ class _Answers:
         return trial
 
     def _carried(self, problem: RodProblem, s: np.ndarray) -> np.ndarray:
-        """Arc lengths ``s`` of nodes in a changed problem: exit and tip, and all landmarks between them, move along."""
+        """Arc lengths ``s`` of nodes in a changed problem: exit, tip and all landmarks between them move along."""
         base = self.trial.problem
-        before, after = _landmarks(base), _landmarks(problem)[: len(_landmarks(base))]  # but for a wrench new at the tip
-        before = before[: len(after)]
+        before, after = _landmarks(base), _landmarks(problem)
+        same = min(len(before), len(after))  # all but a wrench new at the tip
+        before, after = before[:same], after[:same]
         inside = np.abs(before / base.length - 0.5) < 0.5 - SAME_PLACE
         before, first = np.unique(before[inside], return_index=True)
         return np.interp(s, [0.0, *before, base.length], [0.0, *after[inside][first], problem.length])
 
     def _material(self, problem: RodProblem) -> np.ndarray:
         """The arc lengths of the same material points in a changed problem: the same share of the same segment."""
-        ends = [np.array([0.0, *(part.end for part in parts(each.robot.body))]) for each in (self.trial.problem, problem)]
-        return np.interp(self.at + self.trial.problem.s_exit, *ends) - problem.s_exit
+        base = self.trial.problem
+        before, after = ([0.0, *(part.end for part in parts(each.robot.body))] for each in (base, problem))
+        return np.interp(self.at + base.s_exit, before, after) - problem.s_exit
 
     def _rubbed(self, high: Trial, low: Trial, size: float, strain: np.ndarray) -> np.ndarray:
         """(2n, T) change of the tensions along the tendons with the inputs and the strains that answer."""
@@ -306,104 +307,3 @@ def _twists(frames: np.ndarray, other: np.ndarray, size: float, shift: np.ndarra
     w = log_so3(R @ Q.transpose(0, 2, 1)) / size
     middle = 0.5 * (frames[:, :3] + other[:, :3])
     return np.hstack([(frames[:, :3] - other[:, :3]) / size + shift - np.cross(w, middle), w])
-
-
-def _name(stem: str, i: int | None) -> str:
-    return stem if i is None else f"{stem}[{i}]"
-
-
-def _sides(asked: Request, stem: str, i: int | None, scale: float, linear: bool):
-    """(request changed up, request changed down or None, size of the difference) of one number."""
-    name = _name(stem, i)
-    if linear and not asked.robot.friction.any():
-        return change(asked, name, 1.0), None, 1.0
-    half = STEP * scale
-    try:
-        return change(asked, name, half), change(asked, name, -half), 2.0 * half
-    except InvalidInput:  # at the edge of what is allowed
-        return change(asked, name, half), asked, half
-
-
-def _scalars(asked: Request, name: str) -> list[Scalar]:
-    """Every number that ``name`` stands for."""
-    T, stem = asked.robot.n_tendons, name.partition("[")[0]
-    if stem == "loads":
-        return _load_scalars(asked, name)
-    counts = {"tensions": T, "displacements": T} | COUNTS
-    if stem in counts:
-        indices = range(counts[stem]) if stem == name else [_index(name, counts[stem])]
-        linear = stem in LINEAR or stem in ("tensions", "displacements")
-        scale = asked.robot.length_na if stem in ("exit_position", "exit_offset") else 1.0
-        driven = ~np.isnan(asked.pulled)
-        wrong = [i for i in indices if (stem == "tensions" and driven[i]) or (stem == "displacements" and not driven[i])]
-        if wrong:
-            raise InvalidInput("inputs", _name(stem, wrong[0]), "an input that was given: this tendon was driven otherwise")
-        return [(stem, i, scale, linear) for i in indices]
-    if name in ("insertion", "rotation"):
-        return [(name, None, 1.0, False)]
-    parameters = asked.robot.parameters()
-    if name not in parameters:
-        valid = [*counts, "insertion", "rotation", "loads[0].force", *parameters]
-        raise InvalidInput("inputs", name, "one of " + ", ".join(valid))
-    zero = 1.0 / asked.robot.length_na if "precurvature" in name else 1e-2 * asked.robot.length_na
-    return [(name, None, abs(parameters[name]) or (1.0 if "turns" in name or "angle" in name else zero), False)]
-
-
-def _load_scalars(asked: Request, name: str) -> list[Scalar]:
-    head, _, field = name.partition("].")
-    stem, _, part = field.partition("[")
-    index = head.removeprefix("loads[")
-    if not (index.isdigit() and int(index) < len(asked.loads)):
-        raise InvalidInput("inputs", name, f"loads[i].field with i from 0 to {len(asked.loads) - 1}")
-    value = getattr(asked.loads[int(index)], stem, None)
-    if value is None or stem == "frame":
-        raise InvalidInput("inputs", name, "a number or vector of that load which was given")
-    if isinstance(value, float):
-        return [(name, None, asked.robot.length_na if stem != "mass" else 1.0, stem == "mass")]
-    indices = [_index(f"{stem}[{part}", 3)] if part else range(3)
-    return [(f"{head}].{stem}", i, 1.0 if stem != "offset" else 1e-3, stem != "offset") for i in indices]
-
-
-def _index(name: str, count: int) -> int:
-    text = name.partition("[")[2].removesuffix("]")
-    if not (text.isdigit() and int(text) < count):
-        raise InvalidInput("inputs", name, f"with an index from 0 to {count - 1}")
-    return int(text)
-
-
-def change(asked: Request, column: str, by: float) -> Request:
-    """The request with one number, named as in `Jacobian.names`, changed by so much."""
-    stem, _, rest = column.partition("[")
-    if stem == "loads":
-        return _with_load(asked, column, by)
-    if not rest:
-        if column in ("insertion", "rotation"):
-            return replace(asked, **{column: getattr(asked, column) + by})
-        return replace(asked, robot=asked.robot.replace(**{column: asked.robot.parameters()[column] + by}))
-    i = int(rest.removesuffix("]"))
-    if stem in ("exit_position", "exit_rotation"):
-        pose = np.eye(4) if asked.pose is None else asked.pose.copy()
-        step = by * np.eye(3)[i]
-        if stem == "exit_position":
-            pose[:3, 3] += step
-        else:
-            pose[:3, :3] = exp_so3(step) @ pose[:3, :3]
-        return replace(asked, pose=pose)
-    field = {"displacements": "pulled", "exit_tilt": "tilt", "exit_offset": "offset"}.get(stem, stem)
-    values = np.array(getattr(asked, field), dtype=float)
-    values[i] += by
-    return replace(asked, **{field: values if field in ("tensions", "pulled") else tuple(values.tolist())})
-
-
-def _with_load(asked: Request, column: str, by: float) -> Request:
-    head, _, field = column.partition("].")
-    i, (stem, _, part) = int(head.removeprefix("loads[")), field.partition("[")
-    value = getattr(asked.loads[i], stem)
-    if part:
-        changed = list(value)
-        changed[int(part.removesuffix("]"))] += by
-    else:
-        changed = value + by
-    loads = list(asked.loads)
-    loads[i] = replace(loads[i], **{stem: changed})
-    return replace(asked, loads=tuple(loads))

@@ -5,17 +5,28 @@ continuation.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import cos, inf, isfinite, isnan, nan, sin, sqrt
+from math import inf, isfinite, isnan, nan
 
 import numpy as np
 
-from ..errors import Fact, InvalidInput, NotConverged, finite, nonnegative, positive, vector, whole, within
-from ..loads import DistributedLoad, Load, LumpedMass, PointLoad, load_tables
+from ..errors import InvalidInput, NotConverged, finite, positive, vector, whole, within
+from ..loads import Load, load_tables
 from ..robot import Robot, as_robot
 from ..surface import Surface, as_surface
+from .arguments import (
+    check_exit,
+    checked_loads,
+    pull_of,
+    pulled_lengths,
+    rigid_motion,
+    stretched,
+    tendon_table,
+    tensions_before,
+    three,
+)
 from .continuation import NO_EQUILIBRIUM_ON_BRANCH, follow_load
 from .newton import NewtonSolution
-from .problem import History, STRAIGHT, ZERO, exit_frame, problem_of, request, rod_problem
+from .problem import STRAIGHT, ZERO, exit_frame, problem_of, request, rod_problem
 from .shape import Shape, Status, arc_lengths
 from .solution import CONVERGED, MOST_STEPS, RETRACTED, STALLED, TOO_SMALL, Solution, worked_accuracy
 
@@ -81,7 +92,8 @@ def solve(
     solution = prepare(
         robot, tensions, gravity, tip_force, tip_moment, distributed_force, distributed_moment, insertion, rotation,
         accuracy, steps, loads=loads, exit_pose=exit_pose, exit_tilt=exit_tilt, exit_offset=exit_offset,
-        centroid_weight=centroid_weight, displacements=displacements, history=history, surface=surface, contact_tolerance=contact_tolerance,
+        centroid_weight=centroid_weight, displacements=displacements, history=history, surface=surface,
+        contact_tolerance=contact_tolerance,
     )  # fmt: skip
     at = None if s is None else arc_lengths(s, solution.length)
     solution, reached = _solved(solution, start)
@@ -128,169 +140,51 @@ def prepare(
     A `Solution` (three shooting unknowns) where the section is uniform and the loads are the uniform dead ones, a
     `NewtonSolution` for everything else.
     """
-    table = _tendon_table(as_robot(robot), tensions)
-    F, M = _three("tip_force", tip_force), _three("tip_moment", tip_moment)
-    f, l = _three("distributed_force", distributed_force), _three("distributed_moment", distributed_moment)
-    g, eta = _three("gravity", gravity), within("insertion", insertion, 0.0, 1.0)
+    table = tendon_table(as_robot(robot), tensions)
+    F, M = three("tip_force", tip_force), three("tip_moment", tip_moment)
+    f, c = three("distributed_force", distributed_force), three("distributed_moment", distributed_moment)
+    g, eta = three("gravity", gravity), within("insertion", insertion, 0.0, 1.0)
     place = (
         rotation if type(rotation) is float and isfinite(rotation) else finite("rotation", rotation),
-        None if exit_pose is None else _pose("exit_pose", exit_pose),
+        None if exit_pose is None else rigid_motion("exit_pose", exit_pose),
         exit_tilt if exit_tilt is STRAIGHT else tuple(vector("exit_tilt", exit_tilt, 2).tolist()),
         exit_offset if exit_offset is STRAIGHT else tuple(vector("exit_offset", exit_offset, 2).tolist()),
     )
     accuracy = within("accuracy", accuracy, 1e-12, 1.0)
     steps = 0 if steps is None else whole("steps", steps, 1, MOST_STEPS)
-    pulled = _pulled(robot, displacements, table[:, 6])
-    asked = robot, g, F, M, f, l, eta, place
+    pulled = pulled_lengths(robot, displacements, table[:, 6])
+    asked = robot, g, F, M, f, c, eta, place
     driven = [] if pulled is None else [i for i, length in enumerate(pulled.tolist()) if not isnan(length)]
     plain = robot.is_uniform and len(driven) < 2 and surface is None and not robot.friction.any()
     length, s_exit = eta * robot.length_na, (1.0 - eta) * robot.length_na
-    loads = _checked(loads, centroid_weight, history)
+    loads = checked_loads(loads, centroid_weight, history)
     contact_tolerance = positive("contact_tolerance", contact_tolerance)
     if surface is not None:
         surface = as_surface(surface)
-        _check_exit(robot, surface, s_exit, exit_frame(robot, s_exit, *place), contact_tolerance)
+        check_exit(robot, surface, s_exit, exit_frame(robot, s_exit, *place), contact_tolerance)
     if length < RETRACTED:
         load_tables(robot, loads, g)  # for its complaints
-    if length < RETRACTED and driven:
-        table[:, 6] = _stretched(robot, table[:, 6], pulled)
+    if length < RETRACTED and pulled is not None:
+        table[:, 6] = stretched(robot, table[:, 6], pulled)
     if length < RETRACTED or (plain and not len(loads) and not centroid_weight):
         weight, frame = robot.section.line_density, exit_frame(robot, s_exit, *place)
         problem = np.array([
-            *F, *M, weight * g[0] + f[0], weight * g[1] + f[1], weight * g[2] + f[2], *l,
+            *F, *M, weight * g[0] + f[0], weight * g[1] + f[1], weight * g[2] + f[2], *c,
             length, s_exit, *frame, worked_accuracy(accuracy, length), steps, 0.0, inf,
         ])  # fmt: skip
-        pull = None if pulled is None or not driven else _pull(robot, driven[0], pulled[driven[0]], length, s_exit)
+        pull = None if pulled is None or not driven else pull_of(robot, driven[0], pulled[driven[0]], length, s_exit)
         return Solution(robot.rod_constants, table, problem, asked, pull)
     return NewtonSolution(
         rod_problem(
             request(
                 asked, tensions=table[:, 6].copy(), pulled=np.full(len(table), nan) if pulled is None else pulled,
                 loads=loads, centroid_weight=bool(centroid_weight),
-                history=None if history is None else _tensions_before(robot, history),
+                history=None if history is None else tensions_before(robot, history),
                 surface=surface, contact_tolerance=contact_tolerance,
                 accuracy=worked_accuracy(accuracy, length), steps=steps,
             )
         )
     )  # fmt: skip
-
-
-def _three(field: str, value) -> tuple[float, ...] | list[float]:
-    if value is ZERO:
-        return value
-    if type(value) is tuple and len(value) == 3:
-        a, b, c = value
-        if type(a) is type(b) is type(c) is float and isfinite(a + b + c):
-            return value
-    return vector(field, value, 3).tolist()
-
-
-def _tendon_table(robot: Robot, tensions) -> np.ndarray:
-    routing = robot.routing
-    table = np.empty((routing.shape[0], 7))
-    table[:, :6] = routing
-    if isinstance(tensions, (list, tuple, np.ndarray)) and np.ndim(tensions) > 0:
-        values = vector("tensions", tensions, routing.shape[0])
-        for i, tension in enumerate(values.tolist()):
-            nonnegative(f"tensions[{i}]", tension)
-        table[:, 6] = values
-    else:
-        table[:, 6] = nonnegative("tensions", tensions)
-    return table
-
-
-def _pulled(robot: Robot, displacements, tensions: np.ndarray) -> np.ndarray | None:
-    """(n_tendons,) pulled lengths, NaN where the tension is given; None where all are."""
-    if displacements is None:
-        return None
-    if robot.n_tendons == 0:
-        raise InvalidInput("displacements", displacements, f"left out: {robot.name} has no tendons")
-    values = [displacements] * robot.n_tendons if np.ndim(displacements) == 0 else list(displacements)
-    if len(values) != robot.n_tendons:
-        raise InvalidInput("displacements", displacements, f"{robot.n_tendons} numbers, None where a tension is given")
-    pulled = np.full(robot.n_tendons, nan)
-    for i, value in enumerate(values):
-        if value is None:
-            continue
-        pulled[i] = finite(f"displacements[{i}]", value)
-        if tensions[i] != 0.0:
-            raise InvalidInput(f"tensions[{i}]", tensions[i], f"0 where displacements[{i}] = {value!r} is given")
-    return pulled
-
-
-def _pull(robot: Robot, i: int, pulled: float, length: float, s_exit: float) -> np.ndarray:
-    """(4,) what the kernel's `haul` asks for."""
-    cx, cy, a, angle, w, end = robot.routing[i].tolist()
-    v, k = robot.section.v_star, robot.rod_constants
-    x, y = cx + a * cos(angle), cy + a * sin(angle)
-    q = np.array([v[0] - k[11] * y - a * w * sin(angle), v[1] + k[11] * x + a * w * cos(angle), v[2] + k[9] * y - k[10] * x])
-    size = sqrt(q @ q)
-    t = q / size
-    soft = float(t @ (t / k[:3])) + t[2] ** 2 * (y * y / k[3] + x * x / k[4]) + (x * t[1] - y * t[0]) ** 2 / k[5]
-    stretch = robot.tendon_compliance[i] * (robot.free_lengths[i] + robot.tendon_lengths[i])
-    return np.array([i, pulled, stretch, soft * max(0.0, min(length, end - s_exit))])
-
-
-def _check_exit(robot: Robot, surface: Surface, s_exit: float, frame, tolerance: float) -> None:
-    radius = float(robot.outer_radius(np.array([s_exit]))[0])
-    if isnan(radius):
-        raise InvalidInput("surface", surface, "left out for a rod without a radius, given by area and inertia")
-    (x, y), frame = robot.axis_offset(np.array([s_exit]))[0], np.array(frame)
-    gap = float(surface.distance((frame[:3] + x * frame[3::3] + y * frame[4::3])[None])[0][0])
-    if gap < radius - tolerance:
-        allowed = f"at least {radius:.4g} m, the tube's radius, from the middle of the outer tube's exit; it is {gap:.4g} m"
-        raise InvalidInput("surface", Fact(type(surface).__name__), allowed)
-
-
-def _stretched(robot: Robot, tensions: np.ndarray, pulled: np.ndarray) -> np.ndarray:
-    """(n_tendons,) tensions where nothing is exposed: pulled lengths only stretch the tendons."""
-    found = tensions.copy()
-    for i, length in enumerate(pulled.tolist()):
-        stretch = robot.tendon_compliance[i] * (robot.free_lengths[i] + robot.tendon_lengths[i])
-        if length > 0.0 and stretch == 0.0:
-            raise InvalidInput(f"displacements[{i}]", length, "<= 0 where nothing is exposed and the tendon has no stretch")
-        if not isnan(length):
-            found[i] = max(0.0, length / stretch) if stretch else 0.0
-    return found
-
-
-def _checked(loads, centroid_weight, history) -> tuple[Load, ...]:
-    """The loads as a tuple; `InvalidInput` for what is not of its kind."""
-    if loads != ():
-        if not isinstance(loads, (list, tuple)):
-            raise InvalidInput("loads", loads, "a list of PointLoad, LumpedMass and DistributedLoad")
-        for i, load in enumerate(loads):
-            if not isinstance(load, (PointLoad, LumpedMass, DistributedLoad)):
-                raise InvalidInput(f"loads[{i}]", load, "a PointLoad, a LumpedMass or a DistributedLoad")
-    if not isinstance(centroid_weight, bool):
-        raise InvalidInput("centroid_weight", centroid_weight, "True or False")
-    if history is not None and not isinstance(history, Shape):
-        raise InvalidInput("history", history, "a solved Shape of this robot")
-    return tuple(loads)
-
-
-def _tensions_before(robot: Robot, history: Shape) -> History:
-    if not (isinstance(history, Shape) and history.converged and history.robot.n_tendons == robot.n_tendons):
-        raise InvalidInput("history", history, "a solved Shape of this robot")
-    solution = history._solution
-    if isinstance(solution, Solution):
-        return History(s_m=np.array([solution.s_exit]), tau=solution.tensions[None].copy(), kinks=np.zeros(0))
-    trial = solution.trial
-    s_m = trial.stages + solution.s_exit
-    return History(s_m=s_m, tau=trial.share * trial.tensions, kinks=trial.kinks + solution.s_exit)
-
-
-def _pose(field: str, value) -> np.ndarray:
-    try:
-        T = np.array(value, dtype=float)
-    except (TypeError, ValueError):
-        T = np.empty(0)
-    if T.shape != (4, 4) or not np.isfinite(T).all():
-        raise InvalidInput(field, value, "a (4, 4) array of finite numbers")
-    R = T[:3, :3]
-    if not np.allclose(R @ R.T, np.eye(3), atol=1e-8) or np.linalg.det(R) < 0.0 or (T[3] != [0, 0, 0, 1]).any():
-        raise InvalidInput(field, value, "a rigid motion: a rotation, a translation and the last row 0 0 0 1")
-    return T
 
 
 def _solved(solution: Solution | NewtonSolution, start: Shape | None) -> tuple[Solution | NewtonSolution, float]:
@@ -309,7 +203,9 @@ def _solved(solution: Solution | NewtonSolution, start: Shape | None) -> tuple[S
         return solution, 1.0
     found, reached = follow_load(solution)
     if found.code == STALLED and isinstance(solution, Solution):  # three unknowns were too few to find the way with
-        return follow_load(NewtonSolution(problem_of(solution)))
+        general, all_the_way = follow_load(NewtonSolution(problem_of(solution)))
+        if general.code == CONVERGED:
+            return general, all_the_way
     return found, reached
 
 

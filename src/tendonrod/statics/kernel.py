@@ -807,7 +807,8 @@ def path_left(tendons, i, span, grid, n, x):
             phase = tendons[i, 3] + tendons[i, 4] * (s + (GAUSS if part == 0 else 1.0 - GAUSS) * h)
             c, d, o = tendons[i, 2] * math.cos(phase), tendons[i, 2] * math.sin(phase), 12 * k + 6 * part
             X, Y, w = tendons[i, 0] + c, tendons[i, 1] + d, tendons[i, 4]
-            q0, q1, q2 = x[o] - x[o + 5] * Y - w * d, x[o + 1] + x[o + 5] * X + w * c, x[o + 2] + x[o + 3] * Y - x[o + 4] * X
+            q0, q1 = x[o] - x[o + 5] * Y - w * d, x[o + 1] + x[o + 5] * X + w * c
+            q2 = x[o + 2] + x[o + 3] * Y - x[o + 4] * X
             total += 0.5 * h * math.sqrt(q0 * q0 + q1 * q1 + q2 * q2)
     return total
 
@@ -842,7 +843,8 @@ def haul(rod, tendons, problem, state, J, stats, w, pull):
         before, last = missing, tau
         tau = max(0.0, tau + missing / slope)
         tendons[i, 6] = tau
-        code = shoot(rod, tendons, problem[:12], span, grid, n, g, M, x, J, True, 0.05 * accuracy, softness, 30, stats, w)
+        code = shoot(rod, tendons, problem[:12], span, grid, n, g, M, x, J, True, 0.05 * accuracy, softness, 30,
+                     stats, w)  # fmt: skip
     return STALLED
 
 

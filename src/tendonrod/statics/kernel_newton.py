@@ -116,6 +116,7 @@ def balance(row, tendons, length, reach, have, x, work):
     length turns strains into displacements; reach is the largest tendon radius; work (4, 12, 12).
     """
     g, z, H = work[0, 0], work[0, 1], work[1]
+    dv = du = math.inf
     for _ in range(200):
         local(row, tendons, x, g, H)
         for q in range(6):
@@ -580,7 +581,8 @@ def spread_twist(start, x, k, T, h, E):
         n0, n1, n2 = r1 * b2 - r2 * b1, r2 * b0 - r0 * b2, r0 * b1 - r1 * b0  # row i of R b^
         m0, m1, m2 = r1 * a2 - r2 * a1, r2 * a0 - r0 * a2, r0 * a1 - r1 * a0
         one = 1.0 - c * q
-        A0, A1, A2 = one * r0 + b * n0 + c * along * b0, one * r1 + b * n1 + c * along * b1, one * r2 + b * n2 + c * along * b2
+        A0, A1 = one * r0 + b * n0 + c * along * b0, one * r1 + b * n1 + c * along * b1
+        A2 = one * r2 + b * n2 + c * along * b2
         s = -dot * (cq * q + c)
         t = dot * cq * along + c * across
         B0 = s * r0 + dot * bq * n0 + t * b0 + b * m0 + c * along * a0
@@ -666,7 +668,8 @@ def factor(grid, n, station, points, x, start, end, frame, touch, inner, hessian
             W = inner[2 * k + j]
             add_convected(W, 1.0, D)
             for b in range(12):
-                e0, e1, e2, e3, e4, e5 = E[k, j, 0, b], E[k, j, 1, b], E[k, j, 2, b], E[k, j, 3, b], E[k, j, 4, b], E[k, j, 5, b]
+                e0, e1, e2 = E[k, j, 0, b], E[k, j, 1, b], E[k, j, 2, b]
+                e3, e4, e5 = E[k, j, 3, b], E[k, j, 4, b], E[k, j, 5, b]
                 F[0, b] += W[1] * e5 - W[2] * e4
                 F[1, b] += W[2] * e3 - W[0] * e5
                 F[2, b] += W[0] * e4 - W[1] * e3
@@ -676,13 +679,15 @@ def factor(grid, n, station, points, x, start, end, frame, touch, inner, hessian
             f, o = frame[2 * k + j], 6 * j
             for b in range(12):  # rows of the step's matrix: hessian - Ad' F
                 N0, N1, N2 = F[0, b], F[1, b], F[2, b]
-                m0, m1, m2 = F[3, b] - f[1] * N2 + f[2] * N1, F[4, b] - f[2] * N0 + f[0] * N2, F[5, b] - f[0] * N1 + f[1] * N0
+                m0, m1 = F[3, b] - f[1] * N2 + f[2] * N1, F[4, b] - f[2] * N0 + f[0] * N2
+                m2 = F[5, b] - f[0] * N1 + f[1] * N0
                 for i in range(3):
                     Q[k, o + i, b] = -(f[3 + i] * N0 + f[6 + i] * N1 + f[9 + i] * N2)
                     Q[k, o + 3 + i, b] = -(f[3 + i] * m0 + f[6 + i] * m1 + f[9 + i] * m2)
             for b in range(6):
                 N0, N1, N2 = D[0, b], D[1, b], D[2, b]
-                m0, m1, m2 = D[3, b] - f[1] * N2 + f[2] * N1, D[4, b] - f[2] * N0 + f[0] * N2, D[5, b] - f[0] * N1 + f[1] * N0
+                m0, m1 = D[3, b] - f[1] * N2 + f[2] * N1, D[4, b] - f[2] * N0 + f[0] * N2
+                m2 = D[5, b] - f[0] * N1 + f[1] * N0
                 for i in range(3):
                     X[k, o + i, b] = f[3 + i] * N0 + f[6 + i] * N1 + f[9 + i] * N2
                     X[k, o + 3 + i, b] = f[3 + i] * m0 + f[6 + i] * m1 + f[9 + i] * m2
@@ -718,7 +723,8 @@ def factor(grid, n, station, points, x, start, end, frame, touch, inner, hessian
 
 
 @jit
-def respond(grid, n, frame, E, Q, X, K, S, inner, stage_left, stage_twist, stage_load, node_load, base, strain, twist, push, y, work):
+def respond(grid, n, frame, E, Q, X, K, S, inner, stage_left, stage_twist, stage_load, node_load, base, strain, twist,
+            push, y, work):  # fmt: skip
     """Answer of the linearised rod to forcing: stage strains ``strain`` (2n, 6) and node twists ``twist`` (n+1, 6).
 
     push (n+1, 6): the internal wrench at a node answers S twist + push.
@@ -999,10 +1005,12 @@ def settle(grid, n, station, tendons, points, joints, contact, x, start, end, fr
     Brings x into balance; tolerance: size of the last correction, m. Returns the number of iterations, negative where
     they lead nowhere, 0 where ``most`` were not enough. step, held (2n, 6): scratch.
     """
-    walk(grid, n, station, tendons, points, joints, contact, x, start, end, frame, touch, wrench, inner, left, hessian, work)
+    walk(grid, n, station, tendons, points, joints, contact, x, start, end, frame, touch, wrench, inner, left,
+         hessian, work)  # fmt: skip
     for iteration in range(1, most + 1):
         factor(grid, n, station, points, x, start, end, frame, touch, inner, hessian, E, Q, X, K, S, work)
-        respond(grid, n, frame, E, Q, X, K, S, inner, left, no_twist, zero, no_load, at_rest, strain, twist, push, y, work)
+        respond(grid, n, frame, E, Q, X, K, S, inner, left, no_twist, zero, no_load, at_rest, strain, twist, push, y,
+                work)  # fmt: skip
         size = size_of(strain, twist, end, n, length)
         if not size < 1e300:
             return -iteration
@@ -1055,7 +1063,8 @@ def descend(grid, n, station, tendons, points, joints, contact, x, start, end, f
             stiffer = max(4.0 * stiffer, 0.01)
             if stiffer > 1e6:
                 return -iteration
-        respond(grid, n, frame, E, Q, X, K, S, inner, left, no_twist, zero, no_load, at_rest, strain, twist, push, y, work)
+        respond(grid, n, frame, E, Q, X, K, S, inner, left, no_twist, zero, no_load, at_rest, strain, twist, push, y,
+                work)  # fmt: skip
         size = size_of(strain, twist, end, n, length)
         if not size < 1e300:
             return -iteration
@@ -1074,9 +1083,11 @@ def descend(grid, n, station, tendons, points, joints, contact, x, start, end, f
                 return iteration
             if now <= energy + 0.01 * damping * slope + noise:
                 break
-            if stiffer == 0.0 and size < 0.01 * length:  # near the end: where the balance vanishes is not exactly where the
-                respond(grid, n, frame, E, Q, X, K, S, inner, left, no_twist, zero, no_load, at_rest, strain, twist, push,
-                        y, work)  # fmt: skip - the energy's quadrature is least, so ask as `settle` does
+            if stiffer == 0.0 and size < 0.01 * length:
+                # near the end: where the balance vanishes is not exactly where the energy's quadrature is least, so ask
+                # as `settle` does
+                respond(grid, n, frame, E, Q, X, K, S, inner, left, no_twist, zero, no_load, at_rest, strain, twist,
+                        push, y, work)  # fmt: skip
                 if size_of(strain, twist, end, n, length) <= (1.0 - 0.25 * damping) * size:
                     break
             damping *= 0.4
@@ -1091,7 +1102,8 @@ def descend(grid, n, station, tendons, points, joints, contact, x, start, end, f
 
 def compile_all() -> None:
     """Compile the functions that Python calls, or load them from the cache on disk."""
-    line, table, cube, hyper, whole = "float64[::1]", "float64[:,::1]", "float64[:,:,::1]", "float64[:,:,:,::1]", "int64"
+    line, table, cube, whole = "float64[::1]", "float64[:,::1]", "float64[:,:,::1]", "int64"
+    hyper = "float64[:,:,:,::1]"
     rod = f"{table}, {table}, {line}"
     loads = f"{table}, {line}, {table}, float64"
     known = f"{rod}, {table}, {loads}, {line}, {whole}, {table}, {table}, {table}, {table}, {table}, {table}"

@@ -1,4 +1,4 @@
-"""`NewtonSolution`: any rod under any load, by Newton's method in the strains; the mathematics is in `kernel_newton`."""
+"""`NewtonSolution`: any rod under any load, by Newton's method in the strains; mathematics in `kernel_newton`."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from .actuation import ROUNDS
 from .contact import Contacts, approach, press
 from .problem import RodProblem
 from .solution import CONVERGED, LOCAL_FAILED, MOST_STEPS, STALLED, TOO_SMALL, Solution
-from .trial import GAUSS, Trial
+from .trial import Trial
 
 FIRST_STEPS, CONTACT_STEPS = 10, 20
 AT_ONCE = 0.15  # of the length: motion of the tip by the loads that a cold start may find at once
@@ -39,7 +39,9 @@ class NewtonSolution:
         elif p.request.surface is not None:  # most of the way on a coarse grid
             dead = p if p.conservative else p.dead()  # the rest turns a shape that has found its side
             coarse = Trial(dead, p.grid(steps // 2 or 1))
-            if coarse.rest() and (press(coarse, self._goal) > 0 or coarse.rest() and approach(coarse, self._goal) > 0):
+            if coarse.rest() and (
+                press(coarse, self._goal) > 0 or (coarse.rest() and approach(coarse, self._goal) > 0)
+            ):
                 trial.begin(coarse)
         code = self._kinked(steps, start is None)
         while code == CONVERGED and not p.steps and not self.error <= self._goal:
@@ -81,7 +83,8 @@ class NewtonSolution:
     @property
     def _goal(self) -> float:
         """Position error to be met, m: contact limits it, since its ends lie between the stages."""
-        return self.accuracy if self.problem.request.surface is None else max(self.accuracy, self.problem.request.contact_tolerance)
+        asked = self.problem.request
+        return self.accuracy if asked.surface is None else max(self.accuracy, asked.contact_tolerance)
 
     def _driven(self, trial: Trial, cold: bool) -> int:
         """Balance, and tensions that agree with the pulled lengths and with friction."""
@@ -101,7 +104,7 @@ class NewtonSolution:
             return CONVERGED if count > 0 else STALLED
         if cold:
             trial.walk()
-            tip = trial.end[-1, :3].copy()
+        tip = trial.end[-1, :3].copy()
         count = trial.settle(0.05 * p.request.accuracy)
         self.iterations += abs(count)
         if count <= 0:
@@ -119,6 +122,8 @@ class NewtonSolution:
     @property
     def residual(self) -> float:
         """Largest imbalance of a stage, in units of EI / length of the softest stiffness."""
+        if not hasattr(self, "trial"):
+            return inf
         return float(np.abs(self.trial.left[:, 3:]).max() * self.length / self.trial.station[:, 3:6].min())
 
     @property

@@ -1,10 +1,11 @@
-"""`Request`: what a user asks of a rod; `RodProblem`: the same in the arrays of `kernel_newton`, for any robot and load."""
+"""`Request`: what a user asks of a rod; `RodProblem`: the same in the arrays of `kernel_newton`."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from math import cos, sin
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
@@ -112,7 +113,7 @@ class RodProblem:
         """Whether any load acts, weight included."""
         return bool(self.world[:9].any() or self.points[:, 1:7].any() or self.spread[:, 2:14].any())
 
-    @property
+    @cached_property
     def conservative(self) -> bool:
         """Whether all loads have a potential: neither moments fixed in the world nor loads that turn with the body."""
         turning = self.points[:, 10] * np.abs(self.points[:, 1:7]).sum(axis=1), self.spread[:, 14]
@@ -141,7 +142,7 @@ class RodProblem:
         return replace(self, steps=steps)
 
     def grid(self, n: int, kinks=()) -> np.ndarray:
-        """Nodes 0..length in about n even steps, with a node at every break, joint, point load, end of a load and kink."""
+        """Nodes 0..length in about n even steps, and at every break, joint, point load, end of a load and kink."""
         marks = [self.robot.breaks, self.robot.joints[:, 0], self.points[:, 0], self.spread[:, :2].ravel(), kinks]
         at = (np.concatenate(marks) - self.s_exit) / self.length
         at = np.sort(at[(at > SAME_PLACE) & (at < 1.0 - SAME_PLACE)])
@@ -169,11 +170,12 @@ def rod_problem(request: Request) -> RodProblem:
 
 
 def request(asked: tuple, **more) -> Request:
-    """A `Request` from the arguments that every solve keeps: robot, gravity, F, M, f, l, insertion, place of the exit."""
-    robot, g, F, M, f, l, insertion, (rotation, pose, tilt, offset) = asked
+    """A `Request` from what every solve keeps: robot, gravity, F, M, f, couple, insertion, place of the exit."""
+    robot, g, F, M, f, c, insertion, (rotation, pose, tilt, offset) = asked
     return Request(
         robot=robot, gravity=tuple(g), tip_force=tuple(F), tip_moment=tuple(M), distributed_force=tuple(f),
-        distributed_moment=tuple(l), insertion=insertion, rotation=rotation, pose=pose, tilt=tilt, offset=offset, **more,
+        distributed_moment=tuple(c), insertion=insertion, rotation=rotation, pose=pose, tilt=tilt, offset=offset,
+        **more,
     )  # fmt: skip
 
 
@@ -181,8 +183,9 @@ def problem_of(solution: Solution | NewtonSolution) -> RodProblem:
     """What was asked of a solution, whichever way it was found."""
     if isinstance(solution.problem, RodProblem):
         return solution.problem
+    solution = cast("Solution", solution)
     T, known = solution.tensions.copy(), {"accuracy": solution.accuracy, "steps": int(solution.problem[27])}
     pulled = np.full(T.size, np.nan)
     if solution.pull is not None:
         pulled[int(solution.pull[0])], T[int(solution.pull[0])] = solution.pull[1], 0.0
-    return rod_problem(request(solution.asked, tensions=T, pulled=pulled, **known))  # pyright: ignore
+    return rod_problem(request(solution.asked, tensions=T, pulled=pulled, **known))  # pyright: ignore[reportArgumentType] - asked is kept by every solve

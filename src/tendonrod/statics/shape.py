@@ -233,8 +233,9 @@ class Shape:
 
         Inputs: tensions or displacements, gravity, tip_force, tip_moment, distributed_force, distributed_moment,
         insertion, rotation, exit_position and exit_rotation (world frame, about the exit), exit_tilt, exit_offset,
-        loads[i].force and the like, and every name of `Robot.parameters`; a vector stands for all its entries, "tip_force[0]"
-        for one. Exact for the equations on the solution's grid (docs/method). Raises `InvalidInput` by name.
+        loads[i].force and the like, and every name of `Robot.parameters`; a vector stands for all its entries,
+        "tip_force[0]" for one. Exact for the equations on the solution's grid (docs/method). Raises `InvalidInput` by
+        name.
         """
         from .derivatives import jacobian
 

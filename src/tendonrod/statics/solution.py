@@ -61,7 +61,8 @@ def worked_accuracy(accuracy: float, length: float) -> float:
 class Solution:
     """A rod's problem in arrays and, once `run`, its solution.
 
-    rod (13,), tendons (n, 7), problem (30,): what is asked; asked: see `problem.request`; pull (4,): see the kernel's `haul`. state, jacobian (3, 3), stats (8,): what comes of it.
+    rod (13,), tendons (n, 7), problem (30,): what is asked; asked: see `problem.request`; pull (4,): see the kernel's
+    `haul`. state, jacobian (3, 3), stats (8,): what comes of it.
     """
 
     __slots__ = ("asked", "code", "jacobian", "problem", "pull", "rod", "state", "stats", "tendons")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from math import inf
+from types import ModuleType
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
@@ -24,10 +25,10 @@ class Strained(Protocol):
     """What a trial can begin from."""
 
     @property
-    def grid(self) -> np.ndarray: ...  # noqa: D102
+    def grid(self) -> np.ndarray: ...
 
     @property
-    def strains(self) -> np.ndarray: ...  # noqa: D102
+    def strains(self) -> np.ndarray: ...
 
 
 class Trial:
@@ -36,7 +37,7 @@ class Trial:
     def __init__(
         self, problem: RodProblem, grid: np.ndarray, kinks: np.ndarray | None = None, rubs: bool = False
     ) -> None:
-        self.kernel, self.problem, self.grid = compiled_newton(), problem, grid
+        self.problem, self.grid = problem, grid
         self.kinks = np.zeros(0) if kinks is None else kinks  # arc lengths, nodes of the grid, where tensions bend
         n = self.n = len(grid) - 1
         T = self.n_tendons = problem.robot.n_tendons
@@ -62,6 +63,11 @@ class Trial:
         self.place()
         self.contact = None if problem.request.surface is None else Contact(problem, self)
         self.strands = Strands(problem, self, rubs) if rubs or problem.request.answers else None
+
+    @property
+    def kernel(self) -> ModuleType:
+        """The compiled functions; no attribute, so that trials can be pickled."""
+        return compiled_newton()
 
     @property
     def strains(self) -> np.ndarray:
@@ -117,7 +123,7 @@ class Trial:
         if isinstance(solution.problem, RodProblem):
             other = solution.trial  # pyright: ignore[reportAttributeAccessIssue]
             self.share = other.share.copy()
-            if self.contact is not None:
+            if self.contact is not None and other.contact is not None:
                 self.contact.same_as(other.contact)
         self.place()
         if self.strands is not None:
@@ -141,8 +147,8 @@ class Trial:
         """Arguments of the linearised rod."""
         zero, no_twist, no_load, at_rest = self.at_rest
         return (
-            self.E, self.Q, self.X, self.K, self.S, zero, no_twist, no_load, at_rest, self.strain, self.twist, self.push,
-            self.y, self.work, np.empty_like(self.x), np.empty_like(self.x),
+            self.E, self.Q, self.X, self.K, self.S, zero, no_twist, no_load, at_rest, self.strain, self.twist,
+            self.push, self.y, self.work, np.empty_like(self.x), np.empty_like(self.x),
         )  # fmt: skip
 
     def walk(self) -> None:
@@ -157,14 +163,13 @@ class Trial:
         )  # fmt: skip
         return self.negative
 
-    def respond(self, left=None, stage_twist=None, stage_load=None, node_load=None, base=None):
+    def respond(self, left: np.ndarray | None = None, node_load: np.ndarray | None = None):
         """(strains (2n, 6), twists of the nodes (n+1, 6)) that answer the forcing; see `kernel_newton.respond`."""
-        given = (left, stage_twist, stage_load, node_load, base)
         zero, no_twist, no_load, at_rest = self.at_rest
-        forcing = [b if a is None else a for a, b in zip(given, (zero, no_twist, zero, no_load, at_rest), strict=True)]
+        left, node_load = zero if left is None else left, no_load if node_load is None else node_load
         self.kernel.respond(
-            self.grid, self.n, self.frame, self.E, self.Q, self.X, self.K, self.S, self.inner, *forcing, self.strain,
-            self.twist, self.push, self.y, self.work,
+            self.grid, self.n, self.frame, self.E, self.Q, self.X, self.K, self.S, self.inner, left, no_twist, zero,
+            node_load, at_rest, self.strain, self.twist, self.push, self.y, self.work,
         )  # fmt: skip
         return self.strain, self.twist
 
@@ -194,8 +199,9 @@ class Trial:
             k = min(int(np.searchsorted(self.grid, s, side="right")), self.n) - 1
             middle = p.s_exit + 0.5 * (self.grid[k] + self.grid[k + 1])
             self.kernel.fill(
-                p.robot.section_table, p.robot.tendon_table, p.spread, p.world, p.robot.axis_table, p.s_exit + s, middle, row
-            )
+                p.robot.section_table, p.robot.tendon_table, p.spread, p.world, p.robot.axis_table, p.s_exit + s,
+                middle, row,
+            )  # fmt: skip
             found[i] = row[self.kernel.WEIGHT : self.kernel.WEIGHT + 3] + row[self.kernel.DEAD : self.kernel.DEAD + 3]
         return found
 
@@ -205,8 +211,8 @@ class Trial:
         p = self.problem
         return (
             p.robot.section_table, p.robot.tendon_table, p.robot.tendon_ends, self.share * self.tensions, p.spread,
-            p.world, p.robot.axis_table, p.s_exit, self.grid, self.n, self.station, self.x, self.start, self.frame, self.touch,
-            self.wrench,
+            p.world, p.robot.axis_table, p.s_exit, self.grid, self.n, self.station, self.x, self.start, self.frame,
+            self.touch, self.wrench,
         )  # fmt: skip
 
     def rows(self, at: np.ndarray) -> np.ndarray:
@@ -224,7 +230,7 @@ class Trial:
         return frames, left
 
     def response_at(self, at: np.ndarray, strains: np.ndarray, left: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(twists (n, 6), strains (n, 6)) of the last `respond` at ``at`` (n,); left (n, 6): explicit imbalance there."""
+        """(twists, strains) (n, 6) of the last `respond` at ``at`` (n,); left (n, 6): explicit imbalance there."""
         moved, strained = np.empty((at.size, 6)), np.empty((at.size, 6))
         self.kernel.response_at(
             *self._where, self.E, self.K, self.S, self.strain, self.twist, self.push, self.at_rest[0], np.array(at),
@@ -238,10 +244,11 @@ class Trial:
         q, pull = np.empty((2 * self.n, self.n_tendons, 3)), np.empty((2 * self.n, self.n_tendons, 6))
         found = np.empty((len(changes), at.size, 12))
         self.kernel.columns(
-            *self._where, self.E, self.Q, self.X, self.K, self.S, self.inner, self.end, self.points, self.share, changes,
-            np.array(at), strains, no_twist, np.empty_like(zero), np.empty_like(zero), np.empty((self.n + 1, 6)), q, pull,
-            self.strain, self.twist, self.push, self.y, np.empty(self.station.shape[1]), np.empty((at.size, 6)),
-            np.empty((at.size, 6)), np.empty((at.size, 6)), found, self.work,
+            *self._where, self.E, self.Q, self.X, self.K, self.S, self.inner, self.end, self.points, self.share,
+            changes, np.array(at), strains, no_twist, np.empty_like(zero), np.empty_like(zero),
+            np.empty((self.n + 1, 6)), q, pull, self.strain, self.twist, self.push, self.y,
+            np.empty(self.station.shape[1]), np.empty((at.size, 6)), np.empty((at.size, 6)), np.empty((at.size, 6)),
+            found, self.work,
         )  # fmt: skip
         return found
 
