@@ -12,6 +12,7 @@ load = {"tensions": 0.7, "gravity": (-9.81, 0.0, 0.0), "s": s}
 free = tendonrod.solve(robot, **load)
 held = tendonrod.solve(robot, **load, surface=wall)
 contacts = held.contacts
+assert contacts is not None  # a surface was given
 
 # the wall carries what the robot presses with: the clamp feels weight and contact
 weight = robot.section.line_density * robot.length_na * np.array([-9.81, 0.0, 0.0])
@@ -20,11 +21,12 @@ assert contacts.gap.min() > -1e-5  # m, the tolerance
 
 
 def show() -> None:
+    assert contacts is not None
     import matplotlib.pyplot as plt
 
     figure = plt.figure(figsize=(6.5, 4.0), layout="constrained")
     axes = figure.subplots()
-    radius = 1e3 * robot.body.outer_radius
+    radius = 1e3 * robot.outer_radius(s)
     for shape, colour, label in (
         (free, "0.7", "without the wall"),
         (held, "tab:blue", "with the wall"),
@@ -35,9 +37,9 @@ def show() -> None:
     middle = 1e3 * np.average(contacts.point, axis=0, weights=contacts.force)
     end = middle + 1e3 * contacts.total  # 1 mm for each millinewton
     arrow = {"arrowstyle": "->", "color": "tab:red", "linewidth": 1.5}
-    axes.annotate("", end[[2, 1]], middle[[2, 1]], arrowprops=arrow, zorder=5)
-    style = {"color": "tab:red", "ha": "center", "va": "top"}
-    axes.annotate("force of the wall", end[[2, 1]], **style)
+    tip, foot = (end[2], end[1]), (middle[2], middle[1])
+    axes.annotate("", tip, foot, arrowprops=arrow, zorder=5)
+    axes.text(*tip, "force of the wall", color="tab:red", ha="center", va="top")
     axes.set(xlabel="z (mm)", ylabel="y (mm)", aspect="equal", ylim=(-3, 25))
     axes.legend(loc="upper left")
     plt.show()

@@ -45,8 +45,8 @@ class Surface(ABC):
 class Plane(Surface):
     """The half space on the side of ``normal`` (3,), of any length, of the plane through ``point`` (3,) m."""
 
-    point: np.ndarray
-    normal: np.ndarray
+    point: Any  # (3,) numbers; an array once made
+    normal: Any  # (3,) numbers; an array once made
 
     def __post_init__(self) -> None:
         _keep(self, point=vector("point", self.point, 3), normal=_direction("normal", self.normal))
@@ -99,8 +99,8 @@ class _Round(Surface):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _AroundAxis(_Round):
-    point: np.ndarray
-    axis: np.ndarray
+    point: Any  # (3,) numbers; an array once made
+    axis: Any  # (3,) numbers; an array once made
     radius: float
 
     def __post_init__(self) -> None:
@@ -112,7 +112,7 @@ class _AroundAxis(_Round):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _AroundCenter(_Round):
-    center: np.ndarray
+    center: Any  # (3,) numbers; an array once made
     radius: float
 
     def __post_init__(self) -> None:
@@ -179,9 +179,9 @@ class DistanceGrid(Surface):
     points outside the grid.
     """
 
-    origin: np.ndarray
-    spacing: np.ndarray
-    values: np.ndarray
+    origin: Any
+    spacing: Any
+    values: Any
     _coefficients: np.ndarray = field(init=False, repr=False)
     _strides: np.ndarray = field(init=False, repr=False)
     _around: np.ndarray = field(init=False, repr=False)

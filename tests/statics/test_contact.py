@@ -505,3 +505,15 @@ def test_an_exit_inside_the_surface_is_named(surface):
     with pytest.raises(InvalidInput) as error:
         solve(prototype(1), 0.5, surface=surface)
     assert error.value.field == "surface"
+
+
+def test_a_touch_rolls_on_the_wall_in_derivatives():
+    """A touch spread over neighbouring stages does not clamp the rod there; against differences of solves."""
+    robot, wall, h = prototype(1), Plane(point=(0.0, 0.015, 0.0), normal=(0.0, -1.0, 0.0)), 1e-5
+    for tolerance in (1e-4, 1e-5, 1e-6):
+        asked = {"tensions": 0.7, "gravity": (-9.81, 0.0, 0.0), "surface": wall, "contact_tolerance": tolerance}
+        shape = solve(robot, **asked)
+        pushed = [[sign * h * axis for sign in (1, -1)] for axis in np.eye(3)]
+        sides = [[solve(robot, tip_force=force, start=shape, **asked).tip for force in pair] for pair in pushed]
+        expected = np.array([(up - down) / (2 * h) for up, down in sides]).T
+        np.testing.assert_allclose(shape.tip_compliance[:3, :3], expected, atol=0.04 * abs(expected[1:, 1:]).max())

@@ -37,7 +37,10 @@ def tendon_table(robot: Robot, tensions) -> np.ndarray:
             nonnegative(f"tensions[{i}]", tension)
         table[:, 6] = values
     else:
-        table[:, 6] = nonnegative("tensions", tensions)
+        tension = nonnegative("tensions", tensions)
+        if tension > 0.0 and not robot.n_tendons:
+            raise InvalidInput("tensions", tension, f"0 or left out: {robot.name} has no tendons")
+        table[:, 6] = tension
     return table
 
 
@@ -49,12 +52,17 @@ def pulled_lengths(robot: Robot, displacements, tensions: np.ndarray) -> np.ndar
         raise InvalidInput("displacements", displacements, f"left out: {robot.name} has no tendons")
     values = [displacements] * robot.n_tendons if np.ndim(displacements) == 0 else list(displacements)
     if len(values) != robot.n_tendons:
-        raise InvalidInput("displacements", displacements, f"{robot.n_tendons} numbers, None where a tension is given")
+        raise InvalidInput(
+            "displacements", displacements, f"one number per tendon, {robot.n_tendons}, None where a tension is given"
+        )
     pulled = np.full(robot.n_tendons, nan)
     for i, value in enumerate(values):
         if value is None:
             continue
         pulled[i] = finite(f"displacements[{i}]", value)
+        longest = robot.length_na + robot.free_lengths[i]
+        if pulled[i] > longest:
+            raise InvalidInput(f"displacements[{i}]", value, f"at most the tendon's length, {longest:.4g}, in m")
         if tensions[i] != 0.0:
             raise InvalidInput(f"tensions[{i}]", tensions[i], f"0 where displacements[{i}] = {value!r} is given")
     return pulled

@@ -45,8 +45,8 @@ def solve_batch(
 ) -> Batch:
     """Static equilibria of B items, each as `solve` finds it from a cold start, whatever the number of threads.
 
-    Everything that `solve` takes may have a leading axis of length B; what has none, or one of length 1, holds for all
-    items. Units and frames as in `solve`.
+    What is listed here may have a leading axis of length B; what has none, or one of length 1, holds for all items, and
+    so does everything else that `solve` takes, loads and surface for instance. Units and frames as in `solve`.
 
     - robot: one, or a sequence of B with equally many tendons.
     - tensions: a number, (B, n_tendons), or with one axis (n_tendons,), which for a single tendon is (B,).

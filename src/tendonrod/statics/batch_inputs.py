@@ -29,6 +29,11 @@ class Inputs:
     def __init__(
         self, robot: Robot | Sequence[Robot], given: Mapping[str, Numbers], steps: int | None, more: Mapping[str, Any]
     ) -> None:
+        for name in ("s", "throw"):
+            if name in more:
+                raise InvalidInput(
+                    name, more[name], "left out: a batch reports at `points` and never raises"
+                )
         self.robots, lengths = _robots(robot)
         rows = {}
         for field, value in given.items():

@@ -78,6 +78,10 @@ class Branch:
     _points: tuple[Point, ...] = field(repr=False)
     _curve: Curve = field(repr=False)
 
+    def __repr__(self) -> str:
+        events = f"{len(self.folds)} folds, {len(self.bifurcations)} bifurcations"
+        return f"Branch({self.robot.name} by {self.name}, {len(self)} points, {events}, ended: {self.ended})"
+
     def __len__(self) -> int:
         return len(self.parameter)
 
@@ -113,7 +117,8 @@ def follow_branch(
       function of t that gives arguments of `solve`, such as ``lambda t: {"tip_force": (sin(t), 0, -cos(t))}``, of
       gravity, tip_force, tip_moment, distributed_force, distributed_moment, tensions, insertion, rotation, loads; at
       ``begin`` it must give those of ``start``. exit_rotation counts from the start.
-    - stop: end of the interval that begins at the start's value; or both its ends, first towards the last.
+    - stop: where the parameter ends; or (a, b): the branch sets off towards b and ends where it leaves the interval at
+      either end. For both sides of the start call twice. Draw it with `tendonrod.plot.branches.branch_figure`.
     - step: largest step along the branch, measured by the share of the interval and by the rod's root mean square
       turning (rad) together, 0.08 if None; two events closer than a step may hide each other.
     - most: points at most, folds and bifurcations not counted.

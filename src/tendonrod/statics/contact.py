@@ -23,6 +23,7 @@ AT_ONCE = 4  # iterations with one model of the surface
 NOTABLE = 1e-3  # of the length: what a model must miss for its step to be taken back when it leads up
 KICK = 1e-3  # of 1 / length: curvature that moves a trial off a saddle
 ROUNDS = 100  # of models of the surface and of multipliers
+TOUCH = 4.0  # root of tolerance times length: a stretch of contact that is shorter is one touch
 NEAR = 3.0  # radii of the tube within which a surface's curvature is taken
 FAR = 1e3  # m, relief at which nothing is touched
 CLOSEST = 1.0 / 64  # of the way of an approaching surface, below which the way counts as closed
@@ -45,6 +46,9 @@ class Contacts:
     line_force: np.ndarray
     force: np.ndarray
     pressure: np.ndarray
+
+    def __repr__(self) -> str:
+        return f"Contacts({self.s.size} places, {1e3 * np.linalg.norm(self.total):.4g} mN)"
 
     @property
     def total(self) -> np.ndarray:
@@ -86,7 +90,7 @@ class Contact:
     @property
     def press(self) -> np.ndarray:
         """(2n + 1,) line force there, N/m."""
-        press = self.held - self.stiffness * self.gap
+        press = self.held - np.where(self.pinned < 2.0, self.stiffness, 0.0) * self.gap
         return np.where((self.pinned > 0.0) | ((self.pinned < 0.0) & (press > 0.0)), press, 0.0)
 
     def look(self, trial: Trial) -> float:
@@ -118,11 +122,24 @@ class Contact:
         self.held[:-1] = np.interp(self.s[:-1], other.s[:-1], press[:-1])
         self.held[-1] = press[-1] * other.share[-1] / self.share[-1]
 
-    def pin(self, factor: float) -> None:
-        """Pin the places that are pressed now, and no others, so much more stiffly with the same forces."""
+    def pin(self, factor: float, length: float, tolerance: float) -> None:
+        """Pin the places that are pressed now, and no others, so much more stiffly with the same forces.
+
+        A short stretch of them is one touch of a curved rod, which may roll on it: of these only the hardest pressed
+        place is pinned, and the others keep their force.
+        """
         press = self.press
-        self.pinned = np.where(press > 0.0, 1.0, 0.0)
-        self.held = np.where(press > 0.0, press + factor * self.stiffness * self.gap, 0.0)
+        on = press > 0.0
+        self.pinned = np.where(on, 1.0, 0.0)
+        edges = np.flatnonzero(np.diff(np.concatenate([[False], on, [False]])))
+        for first, last in zip(edges[::2], edges[1::2], strict=True):
+            if self.s[last - 1] - self.s[first] < max(
+                3.0 * self.share[first:last].max(), TOUCH * np.sqrt(tolerance * length)
+            ):
+                self.pinned[first:last] = 2.0
+                self.pinned[first + int(np.argmax((press * self.share)[first:last]))] = 1.0
+        rigid = self.pinned == 1.0
+        self.held = np.where(rigid, press + factor * self.stiffness * self.gap, press)
         self.stiffness *= factor
 
     def same_as(self, other: Contact) -> None:

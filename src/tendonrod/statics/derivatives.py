@@ -49,6 +49,9 @@ class Jacobian:
     u: np.ndarray
     tensions: np.ndarray
 
+    def __repr__(self) -> str:
+        return f"Jacobian({self.s.size} sections by {', '.join(self.names)})"
+
     def __getitem__(self, name: str) -> Jacobian:
         """The columns of one input, a number such as "insertion" or a vector such as "tip_force"."""
         on = [i for i, each in enumerate(self.names) if each == name or each.startswith(f"{name}[")]
@@ -113,7 +116,7 @@ class _Answers:
         self.s = (grid[step, None] + h[:, None] * STAGES).ravel()  # where the columns are exact, four to a step
         trial.take(solution)
         if trial.contact is not None:
-            trial.contact.pin(RIGID)
+            trial.contact.pin(RIGID, problem.length, problem.request.contact_tolerance)
         trial.walk()
         trial.factor()
         rows = trial.rows(s)

@@ -919,7 +919,7 @@ def touched(model, held, stiffness, share, pinned, station, frame, end, n, touch
     """Contact forces ``touch`` by a quadratic model of the gaps; returns their augmented Lagrangian's energy.
 
     model (2n+1, 16): places c[3], gaps, gradients[3] and Hessians[9] of the gaps there; held (2n+1,) multipliers; share
-    (2n+1,): metres of rod that a place stands for; pinned (2n+1,): 1 pressed, 0 free whatever the gap, -1 by the gap.
+    (2n+1,): metres of rod that a place stands for; pinned (2n+1,): 1 pressed, 0 free whatever the gap, 2 pressed as held, -1 by the gap.
     """
     energy = 0.0
     for j in range(model.shape[0]):
@@ -931,7 +931,8 @@ def touched(model, held, stiffness, share, pinned, station, frame, end, n, touch
         b2 = model[j, 13] * a0 + model[j, 14] * a1 + model[j, 15] * a2
         n0, n1, n2 = model[j, 4], model[j, 5], model[j, 6]
         gap = model[j, 3] + n0 * a0 + n1 * a1 + n2 * a2 + 0.5 * (a0 * b0 + a1 * b1 + a2 * b2)
-        press = held[j] - stiffness * gap
+        k = stiffness if pinned[j] < 2.0 else 0.0
+        press = held[j] - k * gap
         touch[j, :] = 0.0
         if pinned[j] == 0.0 or (pinned[j] < 0.0 and press <= 0.0):
             energy -= share[j] * held[j] * held[j] / (2.0 * stiffness)
@@ -943,7 +944,7 @@ def touched(model, held, stiffness, share, pinned, station, frame, end, n, touch
             na = n0 if a == 0 else (n1 if a == 1 else n2)
             for b in range(3):
                 nb = n0 if b == 0 else (n1 if b == 1 else n2)
-                touch[j, 3 + 3 * a + b] = w * (press * model[j, 7 + 3 * a + b] - stiffness * na * nb)
+                touch[j, 3 + 3 * a + b] = w * (press * model[j, 7 + 3 * a + b] - k * na * nb)
     return energy
 
 
