@@ -68,6 +68,15 @@ def pulled_lengths(robot: Robot, displacements, tensions: np.ndarray) -> np.ndar
     return pulled
 
 
+def check_reach(robot: Robot, driven: list[int], pulled: np.ndarray | None, s_exit: float) -> None:
+    """Refuse to pull a tendon that ends inside the outer tube and has no stretch."""
+    for i in driven:
+        rigid = robot.tendon_compliance[i] * (robot.free_lengths[i] + robot.tendon_lengths[i]) == 0.0
+        if pulled is not None and pulled[i] > 0.0 and rigid and robot.tendon_ends[i] <= s_exit:
+            allowed = "<= 0 where the tendon ends inside the outer tube and has no stretch"
+            raise InvalidInput(f"displacements[{i}]", float(pulled[i]), allowed)
+
+
 def pull_of(robot: Robot, i: int, pulled: float, length: float, s_exit: float) -> np.ndarray:
     """(4,) what the kernel's `haul` asks for."""
     cx, cy, a, angle, w, end = robot.routing[i].tolist()
@@ -124,7 +133,8 @@ def checked_loads(loads, centroid_weight, history) -> tuple[Load, ...]:
 
 def tensions_before(robot: Robot, history: Shape) -> History:
     """What friction remembers of a shape of this robot."""
-    if not (isinstance(history, Shape) and history.converged and history.robot.n_tendons == robot.n_tendons):
+    same = isinstance(history, Shape) and history.converged and history.robot.n_tendons == robot.n_tendons
+    if not same or abs(history.robot.length_na - robot.length_na) > 1e-9 * robot.length_na:
         raise InvalidInput("history", history, "a solved Shape of this robot")
     solution = history._solution
     if isinstance(solution, Solution):

@@ -31,9 +31,7 @@ class Inputs:
     ) -> None:
         for name in ("s", "throw"):
             if name in more:
-                raise InvalidInput(
-                    name, more[name], "left out: a batch reports at `points` and never raises"
-                )
+                raise InvalidInput(name, more[name], "left out: a batch reports at `points` and never raises")
         self.robots, lengths = _robots(robot)
         rows = {}
         for field, value in given.items():

@@ -170,6 +170,7 @@ def press(trial: Trial, tolerance: float) -> int:
     holds. tolerance: of the balance, m. Returns the number of iterations, negative where they lead nowhere.
     """
     contact, asked, count, kicks = cast(Contact, trial.contact), trial.problem.request, 0, 3
+    inherited = bool(contact.held.any())  # forces of another shape, which must be looked at once at least
     trial.walk()
     contact.look(trial)
     trial.walk()
@@ -187,7 +188,7 @@ def press(trial: Trial, tolerance: float) -> int:
             continue
         gap = contact.gap
         apart = (contact.press > 0.0) & (gap > asked.contact_tolerance)
-        if gap.min() >= -asked.contact_tolerance and not apart.any():
+        if gap.min() >= -asked.contact_tolerance and not apart.any() and not inherited:
             if kicks == 0 or not trial.problem.conservative or trial.factor() == 0:
                 return count
             kicks -= 1  # on a saddle: a little bend, ever different, shows which way is down
@@ -195,7 +196,7 @@ def press(trial: Trial, tolerance: float) -> int:
             trial.x[:, 3:5] += KICK / trial.problem.length * bend
             trial.walk()
             continue
-        contact.held = contact.press
+        contact.held, inherited = contact.press, False
         trial.walk()
     return -count
 

@@ -15,6 +15,7 @@ from ..robot import Robot, as_robot
 from ..surface import Surface, as_surface
 from .arguments import (
     check_exit,
+    check_reach,
     checked_loads,
     pull_of,
     pulled_lengths,
@@ -158,6 +159,7 @@ def prepare(
     plain = robot.is_uniform and len(driven) < 2 and surface is None and not robot.friction.any()
     length, s_exit = eta * robot.length_na, (1.0 - eta) * robot.length_na
     loads = checked_loads(loads, centroid_weight, history)
+    check_reach(robot, driven, pulled, s_exit)
     contact_tolerance = positive("contact_tolerance", contact_tolerance)
     if surface is not None:
         surface = as_surface(surface)

@@ -184,8 +184,13 @@ class NewtonSolution:
         """The same problem, unsolved; with a fixed number of steps where it is given."""
         return NewtonSolution(self.problem if steps is None else self.problem.with_steps(steps))
 
+    @property
+    def is_driven(self) -> bool:
+        """Whether a tendon is pulled by length."""
+        return bool((~np.isnan(self.problem.pulled)).any())
+
     def is_stable(self) -> bool | None:
-        """Whether the energy's Hessian is positive definite (docs/method); None where the loads have no potential."""
+        """Whether the energy's Hessian is positive definite at these tensions; None where loads have no potential."""
         return self.trial.factor() == 0 if self.problem.conservative else None
 
     @property

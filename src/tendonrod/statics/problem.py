@@ -78,7 +78,8 @@ class Request:
 def exit_frame(robot: Robot, s_exit: float, rotation: float, pose, tilt, offset) -> tuple[float, ...]:
     """p[3] R[9] of the first exposed section, its tube axis in the middle of the outer tube's exit."""
     c, d = cos(rotation), sin(rotation)
-    x, y = (robot.section.r_na, 0.0) if robot.is_uniform else robot.axis_offset(np.array([s_exit]))[0].tolist()
+    inside = s_exit + SAME_PLACE * (robot.length_na - s_exit)  # beyond a joint that lies at the exit
+    x, y = (robot.section.r_na, 0.0) if robot.is_uniform else robot.axis_offset(np.array([inside]))[0].tolist()
     frame = (-x * c + y * d, -x * d - y * c, 0.0, c, -d, 0.0, d, c, 0.0, 0.0, 0.0, 1.0)
     if pose is None and tilt == STRAIGHT and offset == STRAIGHT:
         return frame

@@ -71,9 +71,9 @@ class Linear:
         return float((trial.weights[:, None] * trial.strands.pull[:, i] * strain).sum())  # pyright: ignore
 
 
-def softest(solution: Solution | NewtonSolution) -> float:
-    """`Linear.softest` of a solution; the tendons that are pulled by length answer."""
+def linearised(solution: Solution | NewtonSolution) -> Linear:
+    """A solution linearised; the tendons that are pulled by length answer."""
     trial = Trial(problem_of(solution), solution.grid.copy())
     trial.take(solution)
     trial.walk()
-    return Linear(trial).softest()
+    return Linear(trial)

@@ -173,9 +173,16 @@ class Shape:
     def stable(self) -> bool | None:
         """Whether the energy's second variation is positive (Jacobi's condition, docs/method).
 
-        None if not solved, and where tip or distributed moments act: fixed in the world they have no potential.
+        Tendons pulled by length are held at that length. None if not solved, and where what acts has no potential:
+        moments fixed in the world, loads that turn with the body, friction.
         """
-        return self._solution.is_stable() if self.converged else None
+        if not self.converged or self.robot.friction.any():
+            return None
+        if self._solution.is_driven and self.length > RETRACTED and self._solution.is_stable() is not None:
+            from .second_variation import linearised
+
+            return linearised(self._solution).negative == 0
+        return self._solution.is_stable()
 
     @cached_property
     def stability(self) -> Stability | None:
@@ -187,9 +194,9 @@ class Shape:
         if self.stable is None:
             return None
         if self.length > RETRACTED:
-            from .second_variation import softest
+            from .second_variation import linearised
 
-            if abs(softest(self._solution)) < AT_A_FOLD:
+            if abs(linearised(self._solution).softest()) < AT_A_FOLD:
                 return Stability.AT_A_FOLD
         return Stability.STABLE if self.stable else Stability.UNSTABLE
 

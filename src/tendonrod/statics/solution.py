@@ -193,6 +193,11 @@ class Solution:
         rows.setflags(write=False)
         return rows
 
+    @property
+    def is_driven(self) -> bool:
+        """Whether a tendon is pulled by length."""
+        return self.pull is not None
+
     def is_stable(self) -> bool | None:
         """Whether the second variation is positive (docs/method); None where moments act, which have no potential."""
         if self.length < RETRACTED:
@@ -213,7 +218,8 @@ class Solution:
             at += width * old + last
         self.jacobian[:] = start.jacobian
         if self.pull is not None:
-            self.tendons[:, 6] = start.tendons[:, 6]
+            driven = int(self.pull[0])
+            self.tendons[driven, 6] = start.tendons[driven, 6]
         self.problem[28], self.problem[29] = n, start.stats[6] or inf
 
     def _retract(self) -> int:

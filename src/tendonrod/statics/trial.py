@@ -106,7 +106,8 @@ class Trial:
             self.contact.begin(other.contact)
         if isinstance(other, Trial) and self.strands is not None:
             self.tensions = np.where(np.isnan(self.problem.pulled), self.problem.tensions, other.tensions)
-            self.share = other.share_at(self.stages)
+            if self.strands.rubs:
+                self.share = other.share_at(self.stages)
             self.place()
         if len(other.strains) == len(self.x):
             self.x[:] = other.strains
@@ -218,7 +219,9 @@ class Trial:
     def rows(self, at: np.ndarray) -> np.ndarray:
         """(n, 24) read-only rows p[3] R[9] v[3] u[3] N[3] M[3] at arc lengths ``at`` (n,), m."""
         p, rows, row, at = self.problem, np.empty((at.size, 24)), np.empty(self.station.shape[1]), np.array(at)
-        self.kernel.sample(*self._where, self.end, p.length, p.robot.rod_constants[12], at, row, rows, self.work)
+        self.kernel.sample(
+            *self._where, self.end, p.length, p.robot.rod_constants[12], at, row, rows, np.empty_like(self.work)
+        )
         rows[:, :3] += p.frame[:3]
         rows.setflags(write=False)
         return rows
@@ -226,7 +229,9 @@ class Trial:
     def unbalanced(self, at: np.ndarray, strains: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(frames (n, 12) relative to the base's place, imbalance (n, 6)) at ``at`` (n,) for strains (n, 6) there."""
         frames, left, at = np.empty((at.size, 12)), np.empty((at.size, 6)), np.array(at)
-        self.kernel.unbalanced(*self._where, at, strains, np.empty(self.station.shape[1]), frames, left, self.work)
+        self.kernel.unbalanced(
+            *self._where, at, strains, np.empty(self.station.shape[1]), frames, left, np.empty_like(self.work)
+        )
         return frames, left
 
     def response_at(self, at: np.ndarray, strains: np.ndarray, left: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -234,7 +239,7 @@ class Trial:
         moved, strained = np.empty((at.size, 6)), np.empty((at.size, 6))
         self.kernel.response_at(
             *self._where, self.E, self.K, self.S, self.strain, self.twist, self.push, self.at_rest[0], np.array(at),
-            strains, left, np.empty(self.station.shape[1]), moved, strained, self.work,
+            strains, left, np.empty(self.station.shape[1]), moved, strained, np.empty_like(self.work),
         )  # fmt: skip
         return moved, strained
 
