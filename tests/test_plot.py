@@ -167,7 +167,7 @@ def test_what_pushes_is_drawn_from_where_it_acts_to_one_scale(on_cord):
     arrows = load.end - load.start
     np.testing.assert_allclose(arrows[0] / np.linalg.norm(arrows[0]), -tip.rotation[0, :, 2], atol=1e-12)
     assert np.linalg.norm(arrows[1]) == pytest.approx(0.5 * np.linalg.norm(arrows[0]))
-    assert load.largest == 2e-3
+    assert load.largest == pytest.approx(2e-3)
     np.testing.assert_allclose(around.masses[0], 1e3 * (tip.centerline[0] + 1e-3 * tip.rotation[0, :, 0]), atol=1e-9)
 
 
