@@ -129,7 +129,8 @@ class Work:
         problems = inputs.problems(items)
         codes = np.where(problems[:, 12] < RETRACTED, -1, TOO_SMALL)
         m = codes.size
-        reached = kernel.equilibria(
+        loop = kernel.sampled_equilibria if self.sampled.size else kernel.equilibria
+        reached = loop(
             inputs.rods, inputs.routing, np.array(inputs.which[items]), inputs.tensions(items), problems, self.sampled,
             START_CAPACITY, self.halted, space.tendons, space.state, space.at, space.jacobian, space.scratch,
             space.tips[:m], space.rows[:m], space.facts[:m], codes,
