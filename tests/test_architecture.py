@@ -21,6 +21,7 @@ FLOORS = [
     {"device", "device_solid"},
     {"statics"},
     {"motion"},
+    {"measurement"},
     {"plot", "device_figure", "section_figure"},
     {"report", "reproduce"},
     {"cli"},

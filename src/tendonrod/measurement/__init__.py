@@ -1,0 +1,1 @@
+"""Measured trials: files, registration, accuracy against the model, identification, virtual experiments."""
