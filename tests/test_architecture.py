@@ -17,7 +17,7 @@ FLOORS = [
     {"errors", "files"},
     {"rotation", "curve"},
     {"section", "body", "tendon", "surface"},
-    {"parameters", "robot", "robotfile", "robotfile_tables", "robotfile_words", "loads", "scenefile"},
+    {"parameters", "robot", "robotfile", "robotfile_tables", "robotfile_words", "robotfile_writing", "loads", "scenefile"},
     {"device", "device_solid"},
     {"statics"},
     {"motion"},

@@ -45,14 +45,20 @@ def log_so3(R) -> np.ndarray:
     return Rotation.from_matrix(R.reshape(-1, 3, 3)).as_rotvec().reshape(*R.shape[:-2], 3)
 
 
+def left_jacobian_so3(a) -> np.ndarray:
+    """(…, 3, 3) J with exp(a + da) = exp(J da) exp(a) for small da; ``a`` (…, 3) rotation vectors."""
+    a = np.asarray(a, dtype=float)
+    A, (_, f2, f3) = hat(a), _coefficients(np.linalg.norm(a, axis=-1))
+    return np.eye(3) + f2 * A + f3 * (A @ A)
+
+
 def exp_se3(twist) -> np.ndarray:
     """(…, 4, 4) pose of the twist (…, 6) = (translation, rotation)."""
     twist = np.asarray(twist, dtype=float)
     a = twist[..., 3:]
-    A, (_, f2, f3) = hat(a), _coefficients(np.linalg.norm(a, axis=-1))
     T = np.zeros((*twist.shape[:-1], 4, 4))
     T[..., :3, :3], T[..., 3, 3] = exp_so3(a), 1.0
-    T[..., :3, 3] = np.einsum("...ij,...j->...i", np.eye(3) + f2 * A + f3 * (A @ A), twist[..., :3])
+    T[..., :3, 3] = np.einsum("...ij,...j->...i", left_jacobian_so3(a), twist[..., :3])
     return T
 
 
@@ -60,9 +66,7 @@ def log_se3(T) -> np.ndarray:
     """(…, 6) twist of the pose ``T`` (…, 4, 4): inverse of `exp_se3` for angles below pi."""
     T = np.asarray(T, dtype=float)
     a = log_so3(T[..., :3, :3])
-    A, (_, f2, f3) = hat(a), _coefficients(np.linalg.norm(a, axis=-1))
-    left = np.eye(3) + f2 * A + f3 * (A @ A)
-    return np.concatenate([np.linalg.solve(left, T[..., :3, 3, None])[..., 0], a], axis=-1)
+    return np.concatenate([np.linalg.solve(left_jacobian_so3(a), T[..., :3, 3, None])[..., 0], a], axis=-1)
 
 
 def _coefficients(angle):

@@ -141,6 +141,8 @@ class Trial:
             if each.at is not None and each.at > length * (1.0 + 1e-9):
                 allowed = f"from 0 to the robot's length L_na = {length:.6g} m"
                 raise InvalidInput(f"trackers[{i}].at", each.at, allowed)
+            if each.at is not None and each.at > length * (1.0 - 1e-9):
+                self._set("trackers", (*self.trackers[:i], replace(each, at=None), *self.trackers[i + 1 :]))  # the tip
         names = [each.name for each in trackers]
         if len(set(names)) < len(names):
             raise InvalidInput("trackers", names, "of different names")

@@ -1,0 +1,190 @@
+"""`predict`: where the model puts the trackers of a trial, with exact derivatives by numbers of robot and bench.
+
+Samples that differ in their tension alone lie on a smooth curve: it is solved at Chebyshev points and interpolated, to
+better than `TOLERANCE`; where it is not smooth enough, or there are few samples, each is solved. Where tendons rub,
+samples are solved in order, each with the last as its history, and derivatives are differences of whole runs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..rotation import log_so3
+from ..statics.shape import Shape
+from .family import Family, family_key
+from .setup import Setup
+from .trial import Trial
+
+TOLERANCE = np.array([1e-6] * 3 + [1e-4] * 9)  # m, rad, of position and frame between Chebyshev points
+COUNTS = (7, 13, 25)  # Chebyshev points; each set holds those before
+SMALL = 1e-3  # change of a number, relative to its scale, for differences where tendons rub
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Prediction:
+    """The sensors of each trial as the model has them, world frame, SI; NaN where a sample is not used.
+
+    position[i] (n, k, 3), rotation[i] (n, k, 3, 3). columns[i] (n, k, 6, m): derivatives of the position, and as
+    rotation vectors, by the numbers ``names``. slope[i] (n, k, 6, T): by the reading of each tendon's tension, N, or
+    displacement, m. solves: how many equilibria were solved.
+    """
+
+    names: tuple[str, ...]
+    position: tuple[np.ndarray, ...]
+    rotation: tuple[np.ndarray, ...]
+    columns: tuple[np.ndarray, ...]
+    slope: tuple[np.ndarray, ...]
+    solves: int
+
+
+def predict(trials: Sequence[Trial], setup: Setup | None = None, names: Sequence[str] = ()) -> Prediction:
+    """The sensors of all used samples, with derivatives by ``names``: numbers of `Setup` or of its robot.
+
+    Raises `NotConverged` where the model has no equilibrium for a sample, `InvalidInput` for unknown names.
+    """
+    return Predictor(trials, names)(setup or Setup())
+
+
+class Predictor:
+    """`predict` for setups that differ little: each solve starts from the last of its kind."""
+
+    def __init__(self, trials: Sequence[Trial], names: Sequence[str] = ()) -> None:
+        self.trials, self.names = tuple(trials), tuple(names)
+        self.shapes: dict[Hashable, Shape] = {}
+
+    def __call__(self, setup: Setup) -> Prediction:
+        rubs = any(setup.robot_of(each).friction.any() for each in self.trials)
+        if rubs or any("friction" in name for name in self.names):
+            return self._rubbing(setup)
+        found, solves = _Sensors(self.trials, len(self.names)), 0
+        for key, members in self._families(setup).items():
+            family = Family(self.trials, setup, self.names, members)
+            if (values := self._curve(key, family)) is None:
+                distinct, which = np.unique(family.inputs, axis=0, return_inverse=True)
+                values = np.array([self._solved((key, k), family, x) for k, x in enumerate(distinct)])[which.ravel()]
+            found.take(family, values)
+            solves += family.solves
+        return found.prediction(self.names, solves)
+
+    def _families(self, setup: Setup) -> dict[Hashable, list[tuple[int, np.ndarray]]]:
+        """Equilibria that differ in their tensions alone -> (trial, samples) of each."""
+        found: dict[Hashable, list[tuple[int, np.ndarray]]] = {}
+        for i, trial in enumerate(self.trials):
+            rows = np.flatnonzero((trial.kept & trial.on_robot).any(axis=1))
+            held = np.column_stack([trial.insertion, trial.rotation, np.isfinite(trial.tensions)])[rows]
+            for at in np.unique(held, axis=0):
+                same = rows[(held == at).all(axis=1)]
+                found.setdefault((family_key(trial, setup, self.names), *at.tolist()), []).append((i, same))
+        return found
+
+    def _curve(self, key: Hashable, family: Family) -> np.ndarray | None:
+        """Values of all samples, interpolated; None where they are few, of several tendons, or not smooth."""
+        if family.inputs.shape[1] != 1 or len(np.unique(family.inputs)) <= COUNTS[0]:
+            return None
+        low, high = float(family.inputs.min()), float(family.inputs.max())
+        solved: dict[int, np.ndarray] = {}
+        for count in COUNTS:
+            nodes = np.cos(np.pi * np.arange(count) / (count - 1))
+            stride = (COUNTS[-1] - 1) // (count - 1)
+            for k, x in enumerate(nodes):
+                if k * stride not in solved:
+                    at = np.array([0.5 * (low + high) + 0.5 * (high - low) * x])
+                    solved[k * stride] = self._solved((key, k * stride), family, at)
+            weights = np.polynomial.chebyshev.chebfit(nodes, np.eye(count), count - 1)
+            values = np.array([solved[k * stride] for k in range(count)])
+            last = np.abs(np.tensordot(weights[-2:], values[..., :12], 1)) / TOLERANCE
+            if max(0.1 * last[0].max(), last[1].max()) < 1.0:  # they fall by 5 to 10 from one to the next
+                x = (2.0 * family.inputs[:, 0] - low - high) / (high - low)
+                return np.tensordot(np.polynomial.chebyshev.chebvander(x, count - 1) @ weights, values, 1)
+        return None
+
+    def _solved(self, key: tuple[Hashable, int], family: Family, inputs: np.ndarray) -> np.ndarray:
+        shape = family.solve(inputs, self.shapes.get(key) or self.shapes.get(key[0]))
+        self.shapes[key] = self.shapes[key[0]] = shape
+        return family.values(shape)
+
+    def _rubbing(self, setup: Setup) -> Prediction:
+        base, solves = self._run(setup)
+        columns = [np.full((*each.shape[:2], 6, len(self.names)), np.nan) for each in base.position]
+        slope = [np.full((*each.position.shape[:2], 6, each.robot.n_tendons), np.nan) for each in self.trials]
+        for j, name in enumerate(self.names):
+            value = setup.value(name, self.trials)
+            step = SMALL * (abs(value) or 1.0) if name not in _STEPS else _STEPS[name]
+            moved, more = self._run(setup.changed({name: value + step}, self.trials))
+            solves += more
+            for i, each in enumerate(columns):
+                each[..., j] = _difference(base, moved, i, step)
+        if any(each.tension_noise for each in self.trials):
+            step = _STEPS["tension_zero"]
+            moved, more = self._run(setup.changed({"tension_zero": setup.tension_zero - step}, self.trials))
+            solves += more
+            for i, each in enumerate(slope):  # a reading of one tendon moves with that of the others
+                each[:] = (_difference(base, moved, i, step) / max(1, each.shape[-1]))[..., None]
+        fields = {"names": self.names, "columns": tuple(columns), "slope": tuple(slope), "solves": solves}
+        return Prediction(position=base.position, rotation=base.rotation, **fields)
+
+    def _run(self, setup: Setup) -> tuple[Prediction, int]:
+        """All samples in the order of time, without derivatives."""
+        found, solves = _Sensors(self.trials, 0), 0
+        for i, trial in enumerate(self.trials):
+            shape, driven = None, (np.isfinite(trial.tensions) | np.isfinite(trial.displacements)).all(axis=1)
+            for row in np.flatnonzero(driven & np.isfinite(trial.insertion + trial.rotation) & (trial.insertion > 0.0)):
+                family = Family(self.trials, setup, (), [(i, np.array([row]))])
+                key = (i, int(row))
+                shape = family.solve(family.inputs[0], self.shapes.get(key) or shape, history=shape, steps=32)
+                self.shapes[key] = shape
+                found.take(family, family.values(shape)[None])
+                solves += 1
+        return found.prediction((), solves), solves
+
+
+_STEPS = {
+    **dict.fromkeys(("base_x", "base_y", "base_z", "holder_x", "holder_y", "holder_z"), 1e-5),
+    **dict.fromkeys(("base_tilt_x", "base_tilt_y", "base_roll"), 1e-4),
+    **dict.fromkeys(("gravity_tilt_x", "gravity_tilt_y", "gravity_tilt_z"), 1e-3),
+    **dict.fromkeys(("tip_mass", "tracker_mass"), 1e-6),
+    **{"tension_scale": 1e-3, "tension_zero": 1e-3, "displacement_zero": 1e-6},
+    **{"tendon_friction": 1e-3},
+}
+
+
+def _difference(base: Prediction, moved: Prediction, i: int, step: float) -> np.ndarray:
+    """(n, k, 6) of position and rotation vector, per step."""
+    found = np.full((*base.position[i].shape[:2], 6), np.nan)
+    found[..., :3] = (moved.position[i] - base.position[i]) / step
+    known = np.isfinite(base.rotation[i]).all(axis=(-2, -1))
+    R, Q = moved.rotation[i][known], base.rotation[i][known]
+    found[known, 3:] = log_so3(R @ Q.transpose(0, 2, 1)) / step
+    return found
+
+
+class _Sensors:
+    """Poses of all sensors, with their derivatives, filled family by family."""
+
+    def __init__(self, trials: Sequence[Trial], m: int) -> None:
+        self.trials = trials
+        shapes = [each.position.shape[:2] for each in trials]
+        self.position = [np.full((*shape, 3), np.nan) for shape in shapes]
+        self.rotation = [np.full((*shape, 3, 3), np.nan) for shape in shapes]
+        self.columns = [np.full((*shape, 6, m), np.nan) for shape in shapes]
+        self.slope = [np.full((*shape, 6, each.robot.n_tendons), np.nan) for shape, each in zip(shapes, trials, strict=True)]
+
+    def take(self, family: Family, values: np.ndarray) -> None:
+        """Values (q, places, …) of the family's samples, member after member."""
+        done = 0
+        for i, rows in family.members:
+            part = values[done : done + len(rows)]
+            readings = family.readings[done : done + len(rows)]
+            done += len(rows)
+            for j in np.flatnonzero(self.trials[i].on_robot):
+                used = self.trials[i].kept[rows, j]
+                at = rows[used], j
+                pose = family.sensor(i, int(j), part[used], readings[used])
+                self.position[i][at], self.rotation[i][at], self.columns[i][at], self.slope[i][at] = pose
+
+    def prediction(self, names: tuple[str, ...], solves: int) -> Prediction:
+        each = {name: tuple(getattr(self, name)) for name in ("position", "rotation", "columns", "slope")}
+        return Prediction(names=names, solves=solves, **each)
