@@ -11,7 +11,7 @@ from ..rotation import exp_so3, left_jacobian_so3
 from ..statics.equilibrium import solve
 from ..statics.shape import Shape
 from .setup import BENCH, Setup, places
-from .trial import Trial
+from .trial import ROBOT, Trial
 
 _AXES = {"x": 0, "y": 1, "z": 2}
 _TURNS = {"base_tilt_x": 0, "base_tilt_y": 1, "base_roll": 2}
@@ -20,7 +20,9 @@ _READINGS = ("tension_scale", "tension_zero", "displacement_zero")
 
 def family_key(trial: Trial, setup: Setup, names: Sequence[str]) -> Hashable:
     """What trials must have in common to be one family, beside insertion and rotation."""
-    return setup.robot_of(trial).name, trial.gravity, tuple((each.at, each.offset) for each in setup.loads(trial, names))
+    heavy = setup.tracker_mass > 0.0 or "tracker_mass" in names
+    laden = [each for each in trial.trackers if each.on == ROBOT and (heavy or each.mass > 0.0)]
+    return trial.robot, trial.gravity, tuple((each.mass, each.at, each.arm) for each in laden)
 
 
 class Family:
@@ -38,12 +40,15 @@ class Family:
         self.gravity, self.pose = setup.gravity_of(first), setup.exit_pose
         self.insertion, self.rotation = float(first.insertion[row]), float(first.rotation[row])
         self.pulled = ~np.isfinite(first.tensions[row])  # driven by displacement
-        readings = [np.where(self.pulled, trials[i].displacements[rows], trials[i].tensions[rows]) for i, rows in members]
+        readings = [
+            np.where(self.pulled, trials[i].displacements[rows], trials[i].tensions[rows]) for i, rows in members
+        ]
         self.readings = np.concatenate(readings)
         tensions = np.maximum(0.0, setup.tension_scale * (self.readings - setup.tension_zero))
         self.inputs = np.where(self.pulled, self.readings - setup.displacement_zero, tensions)
         found = np.concatenate([places(trials[i], self.robot) for i, _ in members])
         self.places = np.unique(found[found >= self._exit * (1.0 - 1e-9)])
+        self.made = {name: self._engine(name) for name in names}
         self.solves = 0
 
     @property
@@ -67,13 +72,15 @@ class Family:
         found = np.zeros((count, 12 + 6 * (m + T)))
         found[:, :3], found[:, 3:12] = shape.position, shape.rotation.reshape(count, 9)
         inputs = [f"displacements[{i}]" if self.pulled[i] else f"tensions[{i}]" for i in range(T)]
-        wanted = list(dict.fromkeys(name for each in self.names for name, _ in self._engine(each)))
+        wanted = list(dict.fromkeys(name for made in self.made.values() for name, _ in made))
         if not m:
             return found
         slopes = shape.jacobian(*wanted, *inputs)
-        by = {name: np.hstack([slopes.position[:, :, i], slopes.rotation[:, :, i]]) for i, name in enumerate(slopes.names)}
+        by = {
+            name: np.hstack([slopes.position[:, :, i], slopes.rotation[:, :, i]]) for i, name in enumerate(slopes.names)
+        }
         for j, name in enumerate(self.names):
-            for engine, factor in self._engine(name):
+            for engine, factor in self.made[name]:
                 found[:, 12 + 6 * j : 18 + 6 * j] += factor * by[engine]
             if name in ("base_x", "base_y", "base_z"):
                 found[:, 12 + 6 * j + _AXES[name[-1]]] = 1.0
@@ -138,7 +145,7 @@ class Family:
             return np.zeros(3)
         share = place / self.robot.length_na
         offsets = [sign * each.axis_offset(np.array([share * each.length_na]))[0] for sign, each in self._changed(name)]
-        return np.array([*sum(offsets), 0.0])
+        return np.array([*np.sum(offsets, axis=0), 0.0])
 
     def _input_by(self, name: str, readings: np.ndarray) -> np.ndarray:
         """(q, T) how the inputs change with a number of the load cell's."""

@@ -146,8 +146,10 @@ _STEPS = {
     **dict.fromkeys(("base_tilt_x", "base_tilt_y", "base_roll"), 1e-4),
     **dict.fromkeys(("gravity_tilt_x", "gravity_tilt_y", "gravity_tilt_z"), 1e-3),
     **dict.fromkeys(("tip_mass", "tracker_mass"), 1e-6),
-    **{"tension_scale": 1e-3, "tension_zero": 1e-3, "displacement_zero": 1e-6},
-    **{"tendon_friction": 1e-3},
+    "tension_scale": 1e-3,
+    "tension_zero": 1e-3,
+    "displacement_zero": 1e-6,
+    "tendon_friction": 1e-3,
 }
 
 
@@ -170,7 +172,9 @@ class _Sensors:
         self.position = [np.full((*shape, 3), np.nan) for shape in shapes]
         self.rotation = [np.full((*shape, 3, 3), np.nan) for shape in shapes]
         self.columns = [np.full((*shape, 6, m), np.nan) for shape in shapes]
-        self.slope = [np.full((*shape, 6, each.robot.n_tendons), np.nan) for shape, each in zip(shapes, trials, strict=True)]
+        self.slope = [
+            np.full((*shape, 6, each.robot.n_tendons), np.nan) for shape, each in zip(shapes, trials, strict=True)
+        ]
 
     def take(self, family: Family, values: np.ndarray) -> None:
         """Values (q, places, …) of the family's samples, member after member."""

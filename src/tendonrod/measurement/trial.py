@@ -29,6 +29,10 @@ ROBOT, BASE = "robot", "base"
 UNIT = 1e-3  # by how much the length of a quaternion may be off
 
 
+def _nothing() -> np.ndarray:
+    return np.empty(0)
+
+
 @dataclass(frozen=True, kw_only=True)
 class Tracker:
     """A tracker and the holder that carries it; SI.
@@ -90,13 +94,13 @@ class Trial:
     trackers: tuple[Tracker, ...]
     time: np.ndarray
     position: np.ndarray
-    orientation: np.ndarray | None = None
-    quality: np.ndarray | None = None
-    state: np.ndarray | None = None
-    tensions: np.ndarray | None = None
-    displacements: np.ndarray | None = None
-    insertion: np.ndarray | float = 1.0
-    rotation: np.ndarray | float = 0.0
+    orientation: np.ndarray = field(default_factory=_nothing)
+    quality: np.ndarray = field(default_factory=_nothing)
+    state: np.ndarray = field(default_factory=_nothing)
+    tensions: np.ndarray = field(default_factory=_nothing)
+    displacements: np.ndarray = field(default_factory=_nothing)
+    insertion: np.ndarray = field(default_factory=lambda: np.ones(1))
+    rotation: np.ndarray = field(default_factory=lambda: np.zeros(1))
     gravity: tuple[float, float, float] = (0.0, 0.0, 0.0)
     T_world_field: np.ndarray | None = None
     quality_limit: float | None = None
@@ -133,7 +137,11 @@ class Trial:
 
     def _check_trackers(self) -> None:
         trackers = self.trackers
-        if not isinstance(trackers, Sequence) or not all(isinstance(each, Tracker) for each in trackers) or not trackers:
+        if (
+            not isinstance(trackers, Sequence)
+            or not all(isinstance(each, Tracker) for each in trackers)
+            or not trackers
+        ):
             raise InvalidInput("trackers", trackers, "a sequence of one or more Tracker")
         self._set("trackers", tuple(trackers))
         length = self.robot.length_na
@@ -162,7 +170,7 @@ class Trial:
         self._set("time", _frozen(time))
         for name, shape in shapes.items():
             given = getattr(self, name)
-            array = np.full(shape, np.nan) if given is None else numbers(name, given, (1, 2, 3), only_finite=False)
+            array = np.full(shape, np.nan) if _is_missing(given) else numbers(name, given, (1, 2, 3), only_finite=False)
             if array.shape == (n,) and shape == (n, 1):
                 array = array[:, None]
             if array.shape != shape:
@@ -172,11 +180,11 @@ class Trial:
             self._set(name, _frozen(array))
         for name in ("insertion", "rotation"):
             given = numbers(name, getattr(self, name), (0, 1), only_finite=False)
-            if given.ndim and given.size != n:
+            if given.ndim and given.size not in (1, n):
                 raise InvalidInput(name, f"{given.size} values", f"one number or {n}, as many as there are samples")
             self._set(name, _frozen(np.broadcast_to(given, n).copy()))
         self._check_samples()
-        state = np.full((n, k), "", dtype=object) if self.state is None else np.array(self.state, dtype=object)
+        state = np.full((n, k), "", dtype=object) if _is_missing(self.state) else np.array(self.state, dtype=object)
         if state.shape != (n, k) or not all(isinstance(each, str) for each in state.flat):
             raise InvalidInput("state", self.state, f"texts in an array of shape {(n, k)}")
         self._set("state", _frozen(state))
@@ -185,7 +193,9 @@ class Trial:
         length = np.linalg.norm(self.orientation, axis=-1)
         known = ~np.isnan(self.orientation).any(axis=-1)
         _check_each("insertion", self.insertion, (self.insertion < 0.0) | (self.insertion > 1.0), "from 0 to 1, or NaN")
-        _check_each("orientation", length, known & (np.abs(length - 1.0) > UNIT), "a quaternion (w, x, y, z) of length 1")
+        _check_each(
+            "orientation", length, known & (np.abs(length - 1.0) > UNIT), "a quaternion (w, x, y, z) of length 1"
+        )
         _check_each("quality", self.quality, self.quality < 0.0, ">= 0, or NaN")
 
     def __repr__(self) -> str:
@@ -215,8 +225,8 @@ class Trial:
             hidden = self.places < (1.0 - self.insertion[:, None]) * length * (1.0 - 1e-9)
             poor = self.quality > (np.inf if self.quality_limit is None else self.quality_limit)
         reasons = (  # the first stands in the end
-            (RETRACTED, self.on_robot & hidden),
-            (NO_PLACE, self.on_robot & ~np.isfinite(self.insertion + self.rotation)[:, None]),
+            (RETRACTED, np.logical_and(self.on_robot, hidden)),
+            (NO_PLACE, self.on_robot & np.isnan(self.insertion + self.rotation)[:, None]),
             (NO_DRIVE, self.on_robot & ~driven.all(axis=1)[:, None]),
             (POOR_QUALITY, poor),
             (REPEATED_TIME, ~_later(self.time)[:, None]),
@@ -261,6 +271,10 @@ class Trial:
 SAMPLED = (
     "time", "position", "orientation", "quality", "state", "tensions", "displacements", "insertion", "rotation",
 )  # fmt: skip
+
+
+def _is_missing(given: object) -> bool:
+    return given is None or (isinstance(given, np.ndarray) and given.size == 0)
 
 
 def _later(time: np.ndarray) -> np.ndarray:

@@ -1,0 +1,116 @@
+"""What data can and cannot determine: refusals by name, and plain sentences on what can hardly be told apart."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import combinations
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..errors import Fact, InvalidInput
+from .trial import Trial
+from .unknowns import Unknown
+
+if TYPE_CHECKING:
+    from .identification import Fit
+
+HARDLY = 0.95  # correlation above which two numbers can hardly be told apart
+PART = 0.15  # of a direction, below which a number is not named
+UNEXPLAINED = 1.3  # times the stated noise
+NOTHING = 1e-9  # slope, relative to the largest
+
+
+def check_determined(
+    unknowns: Sequence[Unknown], white: np.ndarray, trials: Sequence[Trial], ended: np.ndarray | None = None
+) -> None:
+    """Refuse what the data cannot determine: ``white`` (q, m), derivatives of whitened errors by the unknowns, SI.
+
+    ended: (m,) where a fit ended, None at its start.
+
+    A number, or a combination of numbers, is not determined where the data leave it more uncertain (one standard
+    error) than what is plausible anyway. Raises `InvalidInput`.
+    """
+    scaled = white * np.array([each.plausible for each in unknowns])
+    size = np.linalg.norm(scaled, axis=0)
+    for k, (unknown, each) in enumerate(zip(unknowns, size, strict=True)):
+        if each <= NOTHING * max(1.0, size.max()):
+            allowed = f"left out: the data do not depend on it{_why(unknown, trials)}"
+            if ended is not None:
+                allowed = f"left out: the fit runs away with it, to {unknown.told(ended[k], 2)}"
+            raise InvalidInput("free", Fact(unknown.name), allowed)
+        if each < 1.0:
+            allowed = f"left out: the data leave it uncertain by {unknown.told(unknown.plausible / each, 2)}"
+            raise InvalidInput("free", Fact(unknown.name), allowed)
+    _, values, directions = np.linalg.svd(scaled, full_matrices=False)
+    if len(scaled) < len(unknowns) or values[-1] < 1.0:
+        names = [each.name for each, part in zip(unknowns, directions[-1], strict=True) if abs(part) > PART]
+        if len(names) == 1:
+            raise InvalidInput("free", Fact(names[0]), "left out: beside the others, the data cannot determine it")
+        allowed = "fewer: the data cannot tell these apart, only a combination of them; leave one out, or add trials "
+        allowed += "with other tensions, gravity directions or tracked places"
+        raise InvalidInput("free", Fact(" and ".join(names)), allowed)
+
+
+def _why(unknown: Unknown, trials: Sequence[Trial]) -> str:
+    weighs = any(any(each.gravity) for each in trials)
+    heavy = unknown.name.endswith("mass") or unknown.name.startswith("gravity") or unknown.name == "density"
+    if heavy and not weighs:
+        return ", the trials' gravity is 0, 0, 0"
+    if unknown.name.startswith("displacement") or unknown.name.endswith(("axial_stiffness", "free_length")):
+        return ", tensions were measured and drive the model"
+    return ""
+
+
+def sentences(fit: Fit, white: np.ndarray) -> tuple[str, ...]:
+    """What a reader of the fit must know; white (q, m): derivatives of whitened errors by the unknowns, SI."""
+    return (*_alike(fit), *_at_bounds(fit), *_unexplained(fit), *_outlying(fit))
+
+
+def _alike(fit: Fit) -> list[str]:
+    said, correlation = [], fit.correlation
+    for i, j in combinations(range(len(fit.unknowns)), 2):
+        rho = correlation[i, j]
+        if abs(rho) < HARDLY:
+            continue
+        a, b = fit.unknowns[i], fit.unknowns[j]
+        by, with_it = fit.standard_errors[i], rho * fit.standard_errors[j]
+        said.append(
+            f"{a.name} and {b.name} can hardly be told apart (correlation {rho:.3f}): {a.name} raised by "
+            f"{a.told(by, 2)} with {b.name} {'raised' if with_it > 0 else 'lowered'} by {b.told(abs(with_it), 2)} "
+            "would explain the data nearly as well"
+        )
+    return said
+
+
+def _at_bounds(fit: Fit) -> list[str]:
+    said = []
+    for unknown, value in zip(fit.unknowns, fit.values, strict=True):
+        for bound, which in ((unknown.low, "smallest"), (unknown.high, "largest")):
+            if np.isfinite(bound) and abs(value - bound) < 1e-6 * unknown.plausible:
+                said.append(
+                    f"{unknown.name} ended at the {which} value there is, {unknown.told(bound)}: the data would have "
+                    "it beyond, so that something else is wrong; its interval means nothing"
+                )
+    return said
+
+
+def _unexplained(fit: Fit) -> list[str]:
+    if fit.scale < UNEXPLAINED or not any(each.position_noise for each in fit.trials):
+        return []
+    said = f"the errors left over are {fit.scale:.2g} times the noise that the trials state: what was freed does not "
+    return [
+        said + "explain everything, and the intervals, widened by that factor, still suppose that the rest is noise"
+    ]
+
+
+def _outlying(fit: Fit) -> list[str]:
+    if not len(fit.outliers):
+        return []
+    k = int(np.argmax(np.where(fit.used, 0.0, fit.distance)))
+    i, row, j = fit.where[k]
+    trial = fit.trials[i]
+    count, place = len(fit.outliers), f"{trial.name}, sample {row + 1}, tracker {trial.trackers[j].name}"
+    several = "s" if count > 1 else ""
+    said = f"{count} pose{several} of {len(fit.where)} did not count as outlier{several}, "
+    return [f"{said}the furthest {1e3 * fit.distance[k]:.3g} mm away: {place}"]

@@ -1,0 +1,201 @@
+"""`diagnose`: why model and measurements differ: what each single cause would explain, and which few explain the most.
+
+Mis-registration is easily taken for physics: a tilted base, a mass at the tip and a softer tube all move the tip. Each
+cause is fitted alone, on the same poses; then causes are taken together, the most helpful first.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from math import isfinite
+
+import numpy as np
+
+from ..errors import InvalidInput, NotConverged
+from .identification import Fit, checked, identify
+from .registration import registered
+from .setup import Setup, the_robot
+from .trial import Trial
+
+WORTH = 0.05  # of the squared error that is left, below which one more cause is not taken
+MOST = 3  # causes taken together
+CAUSES = {  # what it is called -> numbers
+    "tilted base": ("base_tilt_x", "base_tilt_y"),
+    "turned base": ("base_roll",),
+    "shifted base": ("base_x", "base_y", "base_z"),
+    "tilted gravity": ("gravity_tilt_x", "gravity_tilt_y", "gravity_tilt_z"),
+    "mass at the tip": ("tip_mass",),
+    "mass of the trackers": ("tracker_mass",),
+    "holder offset": ("holder_x", "holder_y", "holder_z"),
+    "stiffness": ("youngs_modulus",),
+    "torsion": ("torsion_factor",),
+    "tension scale": ("tension_scale",),
+    "tension zero": ("tension_zero",),
+}
+Watch = Callable[[int, int, str], None]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Cause:
+    """A cause, alone or with those before it. explained: share of the squared error that it takes away, 0 to 1.
+
+    rmse: m, what is left. fit: None where the data could not determine it or the fit failed; why then says so.
+    """
+
+    name: str
+    explained: float
+    rmse: float
+    fit: Fit | None
+    why: str = ""
+
+    @property
+    def told(self) -> str:
+        """Its numbers with units."""
+        if self.fit is None:
+            return self.why
+        return ", ".join(f"{u.name} {u.told(x, 3)}" for u, x in zip(self.fit.unknowns, self.fit.values, strict=True))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Diagnosis:
+    """alone: each cause by itself, the most helpful first. together: causes added one after the other.
+
+    rmse: m, of the trials as they are, on ``count`` poses; ``outliers`` more are left out of all comparisons.
+    """
+
+    rmse: float
+    count: int
+    outliers: int
+    alone: tuple[Cause, ...]
+    together: tuple[Cause, ...]
+
+    @property
+    def sentences(self) -> tuple[str, ...]:
+        """The answer in words."""
+        found = [each for each in self.alone if each.fit is not None and each.explained >= WORTH]
+        said = [f"as the trials stand, the model's RMSE is {1e3 * self.rmse:.3g} mm on {self.count} poses"]
+        said += [f"{each.name} alone ({each.told}) would explain {_share(each)}" for each in found[:3]]
+        if not found:
+            said.append("no single cause would explain as much as 5 % of the squared error")
+        elif len(self.together) > 1:
+            names, last = " and ".join(each.name for each in self.together), self.together[-1]
+            said.append(
+                f"{names} together ({last.told}) would explain {_share(last)} and leave {1e3 * last.rmse:.3g} mm"
+            )
+        said.append("that a cause would explain an error does not show that it is the cause: measure it where you can")
+        return tuple(said)
+
+
+def diagnose(trials: Sequence[Trial], setup: Setup | None = None, watch: Watch | None = None) -> Diagnosis:
+    """What would explain the errors of ``trials`` against the model with ``setup``.
+
+    Causes that the data cannot tell, or whose fit fails, are listed with the reason. Raises as `identify`.
+    """
+    setup, trials = setup or Setup(), registered(checked(trials))
+    causes = {name: _determinable(numbers, trials, setup) for name, numbers in CAUSES.items()}
+    causes = {name: numbers for name, numbers in causes.items() if numbers}
+    tell = _Steps(watch, 2 + len(causes) + 3 * (MOST - 1))
+    clean, outliers = _without_outliers(trials, setup, tell)
+    alone = [_tried(name, numbers, clean, setup, tell) for name, numbers in causes.items()]
+    alone.sort(key=lambda each: -each.explained)
+    base = next((each.fit for each in alone if each.fit is not None), None)
+    together = _together(alone, causes, clean, setup, tell) if base is not None else []
+    rmse = base.rmse_before if base is not None else float("nan")
+    count = sum(int((each.kept & each.on_robot).sum()) for each in clean)
+    return Diagnosis(rmse=rmse, count=count, outliers=outliers, alone=tuple(alone), together=tuple(together))
+
+
+def _determinable(numbers: tuple[str, ...], trials: Sequence[Trial], setup: Setup) -> tuple[str, ...]:
+    """Those numbers of a cause that these trials can have; tilting gravity about itself changes nothing."""
+    if numbers[0].startswith("gravity"):
+        pull = np.abs(np.sum([each.gravity for each in trials], axis=0))
+        return () if not pull.any() else tuple(n for k, n in enumerate(numbers) if k != int(np.argmax(pull)))
+    if numbers[0].endswith("mass") and not any(any(each.gravity) for each in trials):
+        return ()
+    if numbers[0].startswith("tension") and not any(np.isfinite(each.tensions).any() for each in trials):
+        return ()
+    if numbers[0] in ("torsion_factor", "youngs_modulus"):
+        robot = the_robot(setup, trials)
+        known = numbers[0] in robot.parameters() and (numbers[0] != "torsion_factor" or robot.torsion == "homogenized")
+        return numbers if known else ()
+    return numbers
+
+
+def _without_outliers(trials: Sequence[Trial], setup: Setup, tell: _Steps) -> tuple[tuple[Trial, ...], int]:
+    """The trials without poses that even a generous fit finds far off."""
+    tell("looking for outliers")
+    for generous in (("base_tilt_x", "base_tilt_y", "base_x", "base_y", "base_z", "youngs_modulus"), ("base_tilt_y",)):
+        try:
+            fit = identify(trials, generous, setup=setup)
+            break
+        except (InvalidInput, NotConverged):
+            continue
+    else:
+        return tuple(trials), 0
+    cleaned = []
+    for i, trial in enumerate(trials):
+        position, at = trial.position.copy(), fit.outliers[fit.outliers[:, 0] == i]
+        position[at[:, 1], at[:, 2]] = np.nan
+        cleaned.append(replace(trial, position=position))
+    return tuple(cleaned), len(fit.outliers)
+
+
+def _tried(name: str, numbers: tuple[str, ...], trials: tuple[Trial, ...], setup: Setup, tell: _Steps) -> Cause:
+    tell(name)
+    try:
+        fit = identify(trials, numbers, setup=setup, loss="squares")
+    except (InvalidInput, NotConverged) as error:
+        return Cause(name=name, explained=0.0, rmse=float("nan"), fit=None, why=str(error))
+    before, after = (np.mean(each**2) for each in (fit.distance_before, fit.distance))
+    explained = 1.0 - float(after / before) if before > 0.0 else 0.0
+    return Cause(name=name, explained=explained, rmse=fit.rmse, fit=fit)
+
+
+def _together(
+    alone: Sequence[Cause], causes: dict[str, tuple[str, ...]], trials: tuple[Trial, ...], setup: Setup, tell: _Steps
+) -> list[Cause]:
+    """The best cause, then the best beside it, as long as each is worth it."""
+    taken = [alone[0]]
+    while len(taken) < MOST and taken[-1].explained < 1.0:
+        names = [each.name for each in taken]
+        numbers = tuple(number for name in names for number in causes[name])
+        others = [each for each in alone if each.name not in names and each.fit is not None]
+        likely = sorted(others, key=lambda each: -_by_slope(each, taken[-1]))[:3]
+        tried = [_tried(each.name, numbers + causes[each.name], trials, setup, tell) for each in likely]
+        best = max(tried, key=lambda each: each.explained, default=taken[-1])
+        left = (1.0 - best.explained) / max(1e-300, 1.0 - taken[-1].explained)
+        if not isfinite(best.rmse) or 1.0 - left < WORTH or best is taken[-1]:
+            break
+        taken.append(best)
+    return taken
+
+
+def _by_slope(other: Cause, taken: Cause) -> float:
+    """Share of what is left that a cause would explain, were the model linear."""
+    assert other.fit is not None
+    assert taken.fit is not None
+    here, there = taken.fit, other.fit
+    X, _ = there.problem.misfit.slopes(there.problem.at(there.problem.start))
+    own, _ = here.problem.misfit.slopes(here.problem.at(here.values / here.problem.unit))
+    rows = np.concatenate([own, X], axis=2)[:, :3].reshape(here.errors.size, -1)
+    size, e = np.linalg.norm(rows, axis=0), here.errors.ravel()
+    rows = rows / np.where(size > 0.0, size, 1.0)
+    left = e - rows @ np.linalg.lstsq(rows, e, rcond=1e-6)[0]
+    return 1.0 - float(left @ left) / max(1e-300, float(e @ e))
+
+
+def _share(cause: Cause) -> str:
+    return f"{100.0 * cause.explained:.{1 if cause.explained > 0.95 else 0}f} % of the squared error"
+
+
+class _Steps:
+    """Counts the fits."""
+
+    def __init__(self, watch: Watch | None, total: int) -> None:
+        self.watch, self.total, self.done = watch, total, 0
+
+    def __call__(self, what: str) -> None:
+        if self.watch is not None:
+            self.watch(min(self.done, self.total), self.total, what)
+        self.done += 1
