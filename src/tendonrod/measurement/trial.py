@@ -227,7 +227,7 @@ class Trial:
         reasons = (  # the first stands in the end
             (RETRACTED, np.logical_and(self.on_robot, hidden)),
             (NO_PLACE, self.on_robot & np.isnan(self.insertion + self.rotation)[:, None]),
-            (NO_DRIVE, self.on_robot & ~driven.all(axis=1)[:, None]),
+            (NO_DRIVE, self.on_robot & (~driven).any(axis=1, keepdims=True)),
             (POOR_QUALITY, poor),
             (REPEATED_TIME, ~_later(self.time)[:, None]),
             (MISSING_POSE, np.isnan(self.position).any(axis=-1)),

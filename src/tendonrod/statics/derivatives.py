@@ -185,6 +185,8 @@ class _Answers:
         """((n, 12) answers, (T,) pulled length that goes missing), tensions that follow from lengths held."""
         base, strands = self.trial, self.strands
         high, low = self._moved(up), base if down is None else self._moved(down)
+        if strands is None and self._stays(high.problem):
+            return self._in_place(high, low, size), np.zeros(base.n_tendons)
         left = (high.left - low.left) / size
         places = self._carried(high.problem, self.s), self._carried(low.problem, self.s)
         frames, left_at = high.unbalanced(places[0], self.strains)
@@ -212,6 +214,27 @@ class _Answers:
         missing -= strands.compliance * (base.weights @ (strands.rest * rubbed))
         return self._between(answer, *moved), missing
 
+    def _in_place(self, high: Trial, low: Trial, size: float) -> np.ndarray:
+        """(n, 12) answers where nothing moves at fixed strains: stiffness, weight, masses, forces."""
+        s, strains = (self.at, self.strains_at) if self.nodes else (self.s, self.strains)
+        left_at = (high.unbalanced(s, strains)[1] - low.unbalanced(s, strains)[1]) / size
+        self.trial.respond(left=(high.left - low.left) / size)
+        found = np.hstack(self.trial.response_at(s, strains, left_at))
+        still = np.zeros(self.at.size)
+        return found if self.nodes else self._between(found, still, still)
+
+    def _stays(self, problem: RodProblem) -> bool:
+        """Whether a changed problem has the exit, the length, all landmarks and kinked joints as they were."""
+        base = self.trial.problem
+        same = np.array_equal(problem.frame, base.frame) and problem.length == base.length
+        same = same and np.array_equal(problem.robot.joints, base.robot.joints)
+        return same and np.array_equal(_landmarks(problem), self.landmarks)
+
+    @cached_property
+    def landmarks(self) -> np.ndarray:
+        """Those of the solution's problem."""
+        return _landmarks(self.trial.problem)
+
     def _between(self, found: np.ndarray, stretched: np.ndarray, ahead: np.ndarray) -> np.ndarray:
         """(n, 12) answers at ``at`` from those at the nodes and stages: twists cubic with their slopes, strains cubic.
 
@@ -231,7 +254,9 @@ class _Answers:
     def _moved(self, asked: Request) -> Trial:
         """The solution's strains in a changed request."""
         base, problem = self.trial, rod_problem(asked)
-        trial = Trial(problem, self._carried(problem, base.grid), self._carried(problem, base.kinks), self.rubs)
+        stays = self._stays(problem)
+        places = (base.grid, base.kinks) if stays else [self._carried(problem, s) for s in (base.grid, base.kinks)]
+        trial = Trial(problem, *places, self.rubs)
         trial.x[:] = base.x
         trial.tensions = base.tensions + asked.tensions - base.problem.request.tensions
         trial.share = base.share
@@ -244,7 +269,7 @@ class _Answers:
     def _carried(self, problem: RodProblem, s: np.ndarray) -> np.ndarray:
         """Arc lengths ``s`` of nodes in a changed problem: exit, tip and all landmarks between them move along."""
         base = self.trial.problem
-        before, after = _landmarks(base), _landmarks(problem)
+        before, after = self.landmarks, _landmarks(problem)
         same = min(len(before), len(after))  # all but a wrench new at the tip
         before, after = before[:same], after[:same]
         inside = np.abs(before / base.length - 0.5) < 0.5 - SAME_PLACE

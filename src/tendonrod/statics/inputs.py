@@ -11,6 +11,7 @@ from ..rotation import exp_so3
 from .problem import Request
 
 STEP = 2e-6  # relative, of central differences at fixed strains
+MATERIAL = ("youngs_modulus", "shear_modulus", "density", "_factor")  # stiffness or weight is linear in them
 LINEAR = ("gravity", "tip_force", "tip_moment", "distributed_force", "distributed_moment")  # three columns each
 COUNTS = dict.fromkeys(LINEAR, 3) | {"exit_position": 3, "exit_rotation": 3, "exit_tilt": 2, "exit_offset": 2}
 Scalar = tuple[str, int | None, float, bool]  # input, its entry, natural size, whether the imbalance is linear in it
@@ -25,7 +26,7 @@ def sides(asked: Request, stem: str, i: int | None, scale: float, linear: bool):
     """(request changed up, request changed down or None, size of the difference) of one number."""
     name = named(stem, i)
     if linear and not asked.robot.friction.any():
-        return change(asked, name, 1.0), None, 1.0
+        return change(asked, name, scale), None, scale
     half = STEP * scale
     try:
         return change(asked, name, half), change(asked, name, -half), 2.0 * half
@@ -57,7 +58,8 @@ def numbers_of(asked: Request, name: str) -> list[Scalar]:
         valid = [*counts, "insertion", "rotation", "loads[0].force", *parameters]
         raise InvalidInput("inputs", name, "one of " + ", ".join(valid))
     zero = 1.0 / asked.robot.length_na if "precurvature" in name else 1e-2 * asked.robot.length_na
-    return [(name, None, abs(parameters[name]) or (1.0 if "turns" in name or "angle" in name else zero), False)]
+    scale = abs(parameters[name]) or (1.0 if "turns" in name or "angle" in name else zero)
+    return [(name, None, scale, name.endswith(MATERIAL))]
 
 
 def _numbers_of_load(asked: Request, name: str) -> list[Scalar]:
