@@ -179,3 +179,23 @@ class Command:
 
 
 STILL = Command()
+
+
+class Task(Protocol):
+    """What a bench is to do: asked once a period while it runs."""
+
+    name: str
+
+    def update(self, sample: Sample, dt: float) -> Command:
+        """Velocities for the next period; dt: s since the last call, as measured."""
+        ...
+
+    @property
+    def is_done(self) -> bool:
+        """Whether there is nothing left to do."""
+        ...
+
+    @property
+    def progress(self) -> float:
+        """Share that is done, 0 to 1."""
+        ...
