@@ -1,0 +1,116 @@
+"""`safely`: whatever ends a session, the robot is left slack and standing, and the record closed."""
+
+from __future__ import annotations
+
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from math import ceil
+from typing import Protocol
+
+from .guarded import AT_REST, GuardedBench
+from .interfaces import STILL, Command, Sample
+from .safety import Interlock
+from .states import Fault, FaultKind, State
+
+ENDING = ("SIGINT", "SIGTERM", "SIGHUP")
+SPARE = 1.0  # s, for stopping, beside the release's own time
+
+
+class Recording(Protocol):
+    """What is needed of a recorder."""
+
+    def write(self, sample: Sample, command: Command, state: State, fault: Fault | None = None) -> None:
+        """Keep one period."""
+        ...
+
+    def close(self) -> None:
+        """Write the end."""
+        ...
+
+
+@contextmanager
+def safely(bench: GuardedBench, recorder: Recording | None = None) -> Iterator[GuardedBench]:
+    """Around a control loop: on any way out release the tendon, stop all, close the record, let the devices go.
+
+    Ctrl-C, SIGTERM and SIGHUP become a fault with the reaction release, so that the loop is never cut in the middle of
+    a transaction: it goes on, or sees ``interlock.is_asked_to_stop`` and ends. A second one stops at once and raises
+    KeyboardInterrupt. What the loop raises is a fault of the controller, and is raised again after the release. After
+    an emergency stop nothing moves any more: the tendon then keeps its tension, as the person wanted who stopped it.
+
+    An exception of the record or the devices on the way out never keeps the rest from being done.
+    """
+    with _signals(bench.interlock):
+        try:
+            yield bench
+        except KeyboardInterrupt:
+            bench.interlock.interrupt("Ctrl-C")
+            raise
+        except BaseException as error:
+            bench.interlock.trip(FaultKind.CONTROLLER, where=f"{type(error).__name__}: {' '.join(str(error).split())}")
+            raise
+        finally:
+            try:
+                leave_slack(bench, recorder)
+            finally:
+                _close(bench, recorder)
+
+
+def leave_slack(bench: GuardedBench, recorder: Recording | None = None) -> None:
+    """Shut the interlock down and drive the bench until it stands; bounded by the release's time, then stops.
+
+    Nothing that happens here is raised before the axes were told to stop.
+    """
+    interlock, limits = bench.interlock, bench.interlock.limits
+    interlock.shutdown()
+    end = bench.clock.now() + limits.release_timeout + SPARE
+    for _ in range(ceil((limits.release_timeout + SPARE) / limits.period)):
+        sample = bench.sense()
+        command = bench.act(STILL)
+        if recorder is not None:
+            with suppress(Exception):  # the record failed: the release goes on
+                recorder.write(sample, command, interlock.state, interlock.fault)
+        if (interlock.is_settled and _stands(sample)) or sample.time >= end:
+            return
+        bench.clock.wait_until(sample.time + limits.period)
+
+
+def _stands(sample: Sample) -> bool:
+    axes = (sample.screw, sample.translation, sample.rotation)
+    return not any(abs(axis.velocity) > AT_REST for axis in axes)
+
+
+def _close(bench: GuardedBench, recorder: Recording | None) -> None:
+    try:
+        bench.close()
+    finally:
+        if recorder is not None:
+            recorder.close()
+
+
+@contextmanager
+def _signals(interlock: Interlock) -> Iterator[None]:
+    """Signals that end a process ask for the release instead; only the main thread may set them."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    came = 0
+
+    def asked(number: int, _frame) -> None:
+        nonlocal came
+        came += 1
+        name = "Ctrl-C" if number == signal.SIGINT else signal.Signals(number).name
+        if came == 1:
+            interlock.interrupt(name)
+            return
+        interlock.emergency(name)
+        if came == 2:
+            raise KeyboardInterrupt
+
+    before = {number: signal.signal(number, asked) for number in (getattr(signal, name) for name in ENDING)}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)

@@ -1,0 +1,128 @@
+"""`drive`: the control loop. One period: sense, ask the task, send what the interlock allows, record, wait."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+from ..errors import TendonrodError, positive
+from .guarded import GuardedBench
+from .interfaces import STILL, Command, Sample, Task
+from .states import Fault, FaultKind, State
+
+BEHIND = 3  # periods, by which the loop may lag before it gives up catching up
+Watch = Callable[["Moment"], None]
+
+
+class Recording(Protocol):
+    """What the loop needs of a recorder."""
+
+    @property
+    def failed(self) -> str: ...
+
+    def write(self, sample: Sample, command: Command, state: State, fault: Fault | None = None) -> None: ...
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Moment:
+    """What a period looked like, for whoever watches: the command is the one that was sent."""
+
+    sample: Sample
+    command: Command
+    state: State
+    fault: Fault | None
+    task: Task
+
+
+@dataclass(frozen=True, kw_only=True)
+class Outcome:
+    """How a task ended: done, or the fault that ended it. duration: s by the bench's clock; periods: how many.
+
+    longest: s, the longest period.
+    """
+
+    task: str
+    is_done: bool
+    fault: Fault | None
+    duration: float
+    periods: int
+    longest: float
+
+    def __str__(self) -> str:
+        if self.is_done:
+            return f"{self.task}: done in {self.duration:.3g} s"
+        return f"{self.task}: ended after {self.duration:.3g} s by {self.fault or 'whoever watched'}"
+
+
+def prepare(bench: GuardedBench) -> None:
+    """From wherever a bench stands without fault to armed: home its axes if need be. Raises as the steps do."""
+    if bench.interlock.state is State.IDLE:
+        bench.home()
+    if bench.interlock.state is State.HOMED:
+        bench.sense()
+        bench.interlock.arm()
+
+
+def drive(
+    bench: GuardedBench,
+    task: Task,
+    recorder: Recording | None = None,
+    *,
+    rate: float = 200.0,
+    watch: Watch | None = None,
+) -> Outcome:
+    """Run ``task`` on an armed bench, at ``rate`` periods per second, until it is done or a fault has settled.
+
+    What a task raises is a fault of the controller. watch(moment) is called at the end of each period; what it raises
+    passes through. Leaves the bench armed after a task that is done, in fault otherwise: `ending.safely` around it
+    leaves the robot slack whatever happens. Raises `IllegalTransition` where the bench is not armed.
+    """
+    period, interlock, clock = 1.0 / positive("rate", rate), bench.interlock, bench.clock
+    interlock.start()
+    began = due = last = clock.now()
+    periods, longest = 0, 0.0
+    while True:
+        sample = bench.sense()
+        dt, last = sample.time - last, sample.time
+        periods, longest = periods + 1, max(longest, dt)
+        sent = bench.act(_asked(bench, task, sample, dt))
+        if recorder is not None:
+            recorder.write(sample, sent, interlock.state, interlock.fault)
+            if recorder.failed:
+                interlock.trip(FaultKind.RECORD, where=recorder.failed)
+        if watch is not None:
+            state, fault = interlock.state, interlock.fault
+            watch(Moment(sample=sample, command=sent, state=state, fault=fault, task=task))
+        if _has_ended(bench, task):
+            break
+        due += period
+        if clock.now() > due + BEHIND * period:
+            due = clock.now()
+        clock.wait_until(due)
+    fault = interlock.fault
+    done = fault is None and task.is_done
+    if done:
+        interlock.finish()
+    duration = clock.now() - began
+    return Outcome(task=task.name, is_done=done, fault=fault, duration=duration, periods=periods, longest=longest)
+
+
+def _asked(bench: GuardedBench, task: Task, sample: Sample, dt: float) -> Command:
+    """What the task wants; nothing where the bench does not run."""
+    if bench.interlock.state is not State.RUNNING or task.is_done:
+        return STILL
+    try:
+        return task.update(sample, dt)
+    except TendonrodError as error:
+        bench.interlock.trip(FaultKind.CONTROLLER, where=str(error))
+    except Exception as error:  # noqa: BLE001 - a bug in a task must not leave the axes moving
+        bench.interlock.trip(FaultKind.CONTROLLER, where=f"{type(error).__name__}: {error}")
+    return STILL
+
+
+def _has_ended(bench: GuardedBench, task: Task) -> bool:
+    interlock = bench.interlock
+    if interlock.state is State.RUNNING:
+        return task.is_done and not interlock.is_asked_to_stop
+    return interlock.is_settled and not (interlock.state is State.HELD and interlock.fault is None)

@@ -1,0 +1,272 @@
+"""`read_record`: a record as arrays, whole or as far as it goes; what is missing is told, not guessed."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from os import PathLike, fspath
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..errors import Fact, InvalidInput
+from .record_layout import END, FAULT, FRAME, HEADER, LINE, MESSAGE, SAMPLE, SAMPLE_PIECE, TEXT, VERSION, Piece, pieces
+from .states import Fault, FaultKind, Reaction, State
+
+COMPLETE = "complete"
+
+
+class Message(NamedTuple):
+    """A message of ``time`` (s, the bench's clock)."""
+
+    time: float
+    level: str
+    text: str
+
+
+class Damage(NamedTuple):
+    """Bytes of a record that are no piece of one."""
+
+    at: int
+    size: int
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Record:
+    """What a recorder wrote; SI, arrays read-only, in the order of writing.
+
+    header: as given to the recorder. samples (n,): structured, fields as `record_layout.SAMPLE`, such as
+    samples["screw"]["position"]. frames (m,): structured, as `record_layout.FRAME`; frame_sample (m,): index of the
+    sample that brought each. fault_rows (f,), fault_sample (f,): the same of faults. texts: by the ids in these arrays;
+    `states`, `tools`, `frame_states` have them in words. messages: of the log. end: what was written at the close,
+    nothing where the record was not closed.
+
+    damage: stretches inside the record that are unreadable. torn: bytes of a last piece that was not written to its
+    end. reserved: bytes of room behind it. lost: pieces that are missing by their numbers. unreadable: samples that
+    refer to what is lost, or that a newer tendonrod wrote; they are left out.
+    """
+
+    name: str
+    header: Mapping[str, Any]
+    samples: np.ndarray
+    frames: np.ndarray
+    frame_sample: np.ndarray
+    fault_rows: np.ndarray
+    fault_sample: np.ndarray
+    texts: Mapping[int, str]
+    messages: tuple[Message, ...] = ()
+    end: Mapping[str, Any] = field(default_factory=dict)
+    damage: tuple[Damage, ...] = ()
+    torn: int = 0
+    reserved: int = 0
+    lost: int = 0
+    unreadable: int = 0
+
+    def __post_init__(self) -> None:
+        for name in ("samples", "frames", "frame_sample", "fault_rows", "fault_sample"):
+            getattr(self, name).setflags(write=False)
+
+    def __repr__(self) -> str:
+        return f"Record({self.name}: {self.samples.size} samples, {self.frames.size} frames; {self.condition})"
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether it was closed and everything that was ever written is here."""
+        return self.condition == COMPLETE
+
+    @property
+    def condition(self) -> str:
+        """What is wrong with the record, in words; "complete" if nothing is."""
+        spoilt = sum(each.size for each in self.damage)
+        dropped, refused = self.end.get("lost_bytes", 0), self.end.get("refused", 0)
+        said = {
+            "not closed": not self.end,
+            f"{_count(self.torn, 'byte')} of a torn last piece left out": self.torn,
+            f"damaged in {_count(len(self.damage), 'place')}, {_count(spoilt, 'byte')}": spoilt,
+            f"{_count(self.lost, 'piece')} missing": self.lost,
+            f"{_count(self.unreadable, 'sample')} unreadable": self.unreadable,
+            f"{_count(dropped, 'byte')} never written": dropped,
+            f"{_count(refused, 'sample')} of wrong types, told in the messages": refused,
+        }
+        return "; ".join(text for text, holds in said.items() if holds) or COMPLETE
+
+    @property
+    def time(self) -> np.ndarray:
+        """(n,) of the control periods, s."""
+        return self.samples["time"]
+
+    @property
+    def states(self) -> np.ndarray:
+        """(n,) of the bench, texts."""
+        return self._words(self.samples["state"])
+
+    @property
+    def tools(self) -> np.ndarray:
+        """(m,) of the frames, texts."""
+        return self._words(self.frames["tool"])
+
+    @property
+    def frame_states(self) -> np.ndarray:
+        """(m,) what the tracker said of each frame, texts."""
+        return self._words(self.frames["state"])
+
+    @property
+    def faults(self) -> tuple[Fault, ...]:
+        """All that differ, in the order in which they came."""
+        found = {row.tobytes(): row.item() for row in self.fault_rows}
+        return tuple(fault_of(row, self.texts) for row in found.values())
+
+    def _words(self, ids: np.ndarray) -> np.ndarray:
+        names, where = np.unique(ids, return_inverse=True)
+        return np.array([self.texts[each] for each in names.tolist()], dtype=object)[where]
+
+
+def read_record(path: str | PathLike[str]) -> Record:
+    """The record on file, as far as it goes: `Record.condition` tells whether that is all of it.
+
+    A record that is still being written may be read too. Raises `InvalidInput` where there is no such file, it is no
+    record at all, or of a newer version.
+    """
+    name = fspath(path)
+    try:
+        data = Path(name).read_bytes()
+    except (FileNotFoundError, ValueError):
+        raise InvalidInput("record file", Fact(name or "''"), "an existing record") from None
+    except OSError as error:
+        raise InvalidInput("record file", Fact(name), f"readable: {error.strerror or error}") from None
+    found = _Found(data)
+    if not found.pieces and not data.startswith(LINE) and not LINE.startswith(data.rstrip(b"\0")):
+        raise InvalidInput("record file", Fact(name), f"a record, which starts with {LINE.decode().strip()!r}")
+    return found.record(name)
+
+
+@dataclass
+class _Found:
+    """What is in the bytes of a record."""
+
+    data: bytes
+    header: Mapping[str, Any] = field(default_factory=dict)
+    texts: dict[int, str] = field(default_factory=dict)
+    samples: list[Piece] = field(default_factory=list)
+    messages: list[Message] = field(default_factory=list)
+    end: Mapping[str, Any] = field(default_factory=dict)
+    damage: list[Damage] = field(default_factory=list)
+    pieces: int = 0
+    lost: int = 0
+    torn: int = 0
+    reserved: int = 0
+
+    def __post_init__(self) -> None:
+        expected = 0
+        for each in pieces(self.data):
+            if isinstance(each, Piece):
+                self.pieces += 1
+                self.lost += (each.number - expected) & 0xFFFFFFFF
+                expected = each.number + 1
+                self._take(each)
+            else:
+                self._skip(*each)
+
+    def _take(self, piece: Piece) -> None:
+        if piece.kind == SAMPLE_PIECE:
+            self.samples.append(piece)
+            return
+        content = self.data[piece.start : piece.stop]
+        if piece.kind == TEXT:
+            self.texts[int.from_bytes(content[:4], "little")] = content[4:].decode("utf-8", "surrogatepass")
+        elif piece.kind == MESSAGE:
+            self.messages.append(Message(*json.loads(content)))
+        elif piece.kind == HEADER:
+            self.header = json.loads(content)
+        elif piece.kind == END:
+            self.end = json.loads(content)
+
+    def _skip(self, start: int, stop: int) -> None:
+        if stop < len(self.data):
+            self.damage.append(Damage(start, stop - start))
+        else:
+            self.torn = len(self.data[start:].rstrip(b"\0"))
+            self.reserved = stop - start - self.torn
+
+    def record(self, name: str) -> Record:
+        version = self.header.get("record_version", VERSION)
+        if version != VERSION:
+            allowed = f"{VERSION}; a newer tendonrod reads this file"
+            raise InvalidInput(f"{name}: record_version", version, allowed)
+        starts = np.array([each.start for each in self.samples], dtype=np.int64)
+        rows, starts = _gathered(self.data, starts, SAMPLE), starts + SAMPLE.itemsize
+        faulty, counts = rows["faulty"] > 0, rows["frames"].astype(np.int64)
+        faults = _gathered(self.data, starts[faulty], FAULT)
+        starts = starts + faulty * FAULT.itemsize
+        owner = np.repeat(np.arange(len(rows)), counts)
+        within = np.arange(len(owner)) - np.repeat(np.cumsum(counts) - counts, counts)
+        frames = _gathered(self.data, starts[owner] + within * FRAME.itemsize, FRAME)
+        tables = _Tables(rows, frames, owner, faults, np.flatnonzero(faulty))
+        return self._record(name, tables.only(tables.understood(self.texts)), len(rows))
+
+    def _record(self, name: str, tables: _Tables, n: int) -> Record:
+        return Record(
+            name=name,
+            header=MappingProxyType(dict(self.header)),
+            **tables._asdict(),
+            texts=MappingProxyType(self.texts),
+            messages=tuple(self.messages),
+            end=MappingProxyType(dict(self.end)),
+            damage=tuple(self.damage),
+            torn=self.torn,
+            reserved=self.reserved,
+            lost=self.lost,
+            unreadable=n - len(tables.samples),
+        )
+
+
+class _Tables(NamedTuple):
+    samples: np.ndarray
+    frames: np.ndarray
+    frame_sample: np.ndarray
+    fault_rows: np.ndarray
+    fault_sample: np.ndarray
+
+    def understood(self, texts: Mapping[int, str]) -> np.ndarray:
+        """(n,) whether the words of a sample are known, and those of its fault and frames."""
+        found = _known(self.samples["state"], texts, State)
+        kinds = _known(self.fault_rows["kind"], texts, FaultKind) & _known(self.fault_rows["where"], texts)
+        found[self.fault_sample[~(kinds & _known(self.fault_rows["reaction"], texts, Reaction))]] = False
+        found[self.frame_sample[~(_known(self.frames["tool"], texts) & _known(self.frames["state"], texts))]] = False
+        return found
+
+    def only(self, which: np.ndarray) -> _Tables:
+        """The rows of some samples."""
+        if which.all():
+            return self
+        at, of_frame, of_fault = np.cumsum(which) - 1, which[self.frame_sample], which[self.fault_sample]
+        frames, faults = self.frame_sample[of_frame], self.fault_sample[of_fault]
+        return _Tables(self.samples[which], self.frames[of_frame], at[frames], self.fault_rows[of_fault], at[faults])
+
+
+def _known(ids: np.ndarray, texts: Mapping[int, str], words: type | None = None) -> np.ndarray:
+    allowed = None if words is None else {each.value for each in words}  # pyright: ignore[reportGeneralTypeIssues]
+    names, where = np.unique(ids, return_inverse=True)
+    known = [each in texts and (allowed is None or texts[each] in allowed) for each in names.tolist()]
+    return np.array(known, dtype=bool)[where]
+
+
+def _gathered(data: bytes, starts: np.ndarray, kind: np.dtype) -> np.ndarray:
+    """(k,) rows of ``kind`` that start at these bytes."""
+    rows = np.empty((len(starts), kind.itemsize), dtype=np.uint8)
+    rows[:] = np.frombuffer(data, dtype=np.uint8)[starts[:, None] + np.arange(kind.itemsize)]
+    return rows.view(kind)[:, 0]
+
+
+def _count(n: int, what: str) -> str:
+    return f"{n} {what}{'' if n == 1 else 's'}"
+
+
+def fault_of(row: tuple, texts: Mapping[int, str]) -> Fault:
+    """The fault in a row of `FAULT`."""
+    kind, reaction, where, time, value, limit = row
+    words = {"kind": FaultKind(texts[kind]), "reaction": Reaction(texts[reaction]), "where": texts[where]}
+    return Fault(time=time, value=value, limit=limit, **words)  # pyright: ignore[reportArgumentType]
