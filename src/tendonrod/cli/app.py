@@ -8,17 +8,20 @@ import typer
 from typer.core import TyperCommand
 
 from .batch import batch
+from .experiment import experiment
 from .ftl import ftl
 from .motion import motion
 from .output import say
 from .reproduce import reproduce
 from .robots import robots
 from .shape import shape
+from .trial import trial
+from .validate import validate
 
 
 class _Command(TyperCommand):
     def collect_usage_pieces(self, ctx):
-        return [piece.strip("{}") for piece in super().collect_usage_pieces(ctx)]
+        return [piece.replace("{", "").replace("}", "") for piece in super().collect_usage_pieces(ctx)]
 
 
 app = typer.Typer(
@@ -50,6 +53,18 @@ COMMANDS = {
     ftl: (
         "tendonrod ftl exonav-1 --target 0.7 --gravity -9.81,0,0 --output plan.csv",
         "tendonrod ftl exonav-1 --target 0.7 --gravity -9.81,0,0 --freedom full --json",
+    ),
+    experiment: (
+        "tendonrod experiment exonav-3 --tilt-deg 10 --tip-mass-g 0.5 --seed 1 --output trials",
+        "tendonrod experiment exonav-1 --friction 0.1 --dropout 0.05 --figure trials.png",
+    ),
+    trial: (
+        "tendonrod trial bench.csv --robot exonav-1 --output bench.nc --figure bench.png",
+        "tendonrod trial track.csv --columns bench.toml --drive load-cell.csv --drive-offset 2.35",
+    ),
+    validate: (
+        "tendonrod validate exonav-3-*.nc --output accuracy",
+        "tendonrod validate bench.csv --robot exonav-1 --torsion homogenized --json",
     ),
     reproduce: ("tendonrod reproduce --output paper-report",),
 }

@@ -97,13 +97,20 @@ def chosen_scene(path: str | None) -> Scene:
 def chosen_robot(source: str, torsion: str | None = None) -> Robot:
     """The robot, with another torsion model if one is asked for."""
     from ..robot import load_robot
-    from ..section import TORSION_MODELS, NotchedTube
+    from ..section import TORSION_MODELS
 
     if torsion is not None:
         one_of("--torsion", torsion, TORSION_MODELS)
-    robot = load_robot(source)
+    return with_torsion(load_robot(source), torsion)
+
+
+def with_torsion(robot: Robot, torsion: str | None) -> Robot:
+    """The robot with another torsion model, None for its own."""
+    from ..section import TORSION_MODELS, NotchedTube
+
     if torsion is None:
         return robot
+    one_of("--torsion", torsion, TORSION_MODELS)
     if not isinstance(robot.body, NotchedTube):
         raise InvalidInput("--torsion", Fact(torsion), f"left out: {robot.name} is a plain rod, its torsion is GJ")
     try:

@@ -20,7 +20,7 @@ def reproduce(
 
     One page, index.html, with figures (PNG, SVG) and tables (CSV) beside it. Running it again is safe.
     """
-    directory = _directory(output)
+    directory = chosen_directory(output)
 
     from ..report import reproduce as write_report
 
@@ -29,7 +29,7 @@ def reproduce(
     out.say(f"Report: {page}")
 
 
-def _directory(text: str) -> Path:
+def chosen_directory(text: str) -> Path:
     directory = Path(text)
     try:
         directory.mkdir(parents=True, exist_ok=True)

@@ -19,6 +19,7 @@ HARDLY = 0.95  # correlation above which two numbers can hardly be told apart
 PART = 0.15  # of a direction, below which a number is not named
 UNEXPLAINED = 1.3  # times the stated noise
 NOTHING = 1e-9  # slope, relative to the largest
+AT_START = 0.1  # share of the information asked of an end: a rod that bends in a plane hides what it shows elsewhere
 
 
 def check_determined(
@@ -29,8 +30,9 @@ def check_determined(
     ended: (m,) where a fit ended, None at its start.
 
     A number, or a combination of numbers, is not determined where the data leave it more uncertain (one standard
-    error) than what is plausible anyway. Raises `InvalidInput`.
+    error) than what is plausible anyway; at the start, ten times as much is let pass. Raises `InvalidInput`.
     """
+    enough = AT_START if ended is None else 1.0
     scaled = white * np.array([each.plausible for each in unknowns])
     size = np.linalg.norm(scaled, axis=0)
     for k, (unknown, each) in enumerate(zip(unknowns, size, strict=True)):
@@ -39,11 +41,11 @@ def check_determined(
             if ended is not None:
                 allowed = f"left out: the fit runs away with it, to {unknown.told(ended[k], 2)}"
             raise InvalidInput("free", Fact(unknown.name), allowed)
-        if each < 1.0:
+        if each < enough:
             allowed = f"left out: the data leave it uncertain by {unknown.told(unknown.plausible / each, 2)}"
             raise InvalidInput("free", Fact(unknown.name), allowed)
     _, values, directions = np.linalg.svd(scaled, full_matrices=False)
-    if len(scaled) < len(unknowns) or values[-1] < 1.0:
+    if len(scaled) < len(unknowns) or values[-1] < enough:
         names = [each.name for each, part in zip(unknowns, directions[-1], strict=True) if abs(part) > PART]
         if len(names) == 1:
             raise InvalidInput("free", Fact(names[0]), "left out: beside the others, the data cannot determine it")
