@@ -98,7 +98,7 @@ def experiment(
         noise=_noise(noise_mm, noise_deg, tension_noise_mn, dropout, outliers),
         **_programme(tension_max, tension_min, samples, cycles),
     )
-    directory = None if output is None else _directory(output)
+    directory = None if output is None else out.directory("--output", output)
     with out.progress_bar("simulating") as watch:
         true = simulate(bench, watch)
     trials = measured(bench, true, drawn_by)
@@ -186,17 +186,6 @@ def _tilt(text: str, gravity: tuple[float, float, float]) -> tuple[float, float,
 def _millimetres(option: str, text: str) -> tuple[float, float, float]:
     x, y, z = vector(option, text)
     return 1e-3 * x, 1e-3 * y, 1e-3 * z
-
-
-def _directory(text: str) -> Path:
-    directory = Path(text)
-    try:
-        directory.mkdir(parents=True, exist_ok=True)
-    except FileExistsError:
-        raise InvalidInput("--output", Fact(text), "a directory, not a file") from None
-    except OSError as error:
-        raise InvalidInput("--output", Fact(text), f"a directory that can be made: {error.strerror or error}") from None
-    return directory
 
 
 def _file_name(name: str) -> str:

@@ -13,10 +13,10 @@ import typer
 from ..errors import Fact, InvalidInput, one_of
 from . import output
 from .arguments import Json, chosen_robot, with_torsion
-from .reproduce import chosen_directory
 
 if TYPE_CHECKING:
     from ..measurement.accuracy import Accuracy, Errors, Place
+    from ..measurement.diagnosis import Cause, Diagnosis
     from ..measurement.trial import Trial
     from ..robot import Robot
 
@@ -45,28 +45,82 @@ def validate(
         str | None,
         typer.Option("--output", metavar="DIR", help="Write index.html, accuracy.csv, errors.csv and figures here."),
     ] = None,
+    why: Annotated[
+        bool, typer.Option("--why/--no-why", help="Look for what would explain the errors: a tilted base, a mass, ...")
+    ] = True,
     json: Json = False,
 ) -> None:
     """Compare measured trials with the model, place by place.
 
     TRIAL: a file as tendonrod trial reads it; all of one bench together, the one with the tracker on the base too: its
     pose puts the others into the world. Compared are points of the tube's axis at the measured tensions, insertions
-    and rotations. Samples that do not count are told, none is dropped unsaid.
+    and rotations. Samples that do not count are told, none is dropped unsaid. Then single causes are fitted, so that a
+    tilted base or a mass at the tip is not taken for physics.
     """
     one_of("--gravity", gravity, ("both", "with", "without"))
     model = None if robot is None else chosen_robot(robot, torsion)
-    directory = None if output_directory is None else chosen_directory(output_directory)
+    directory = None if output_directory is None else output.directory("--output", output_directory)
     given = _loaded(trials, model, torsion)
 
     from ..measurement.accuracy import accuracy
 
     found = accuracy(given, robot=model, gravity=gravity)
+    causes = _diagnosed(found) if why and gravity != "without" else {}
     if directory is not None:
-        _write(found, directory)
+        _write(found, causes, directory)
     if json:
-        output.say_json(_as_dict(found))
+        output.say_json(_as_dict(found) | {"why": {name: _causes_dict(each) for name, each in causes.items()}})
     else:
-        output.say(_page(found))
+        output.say("\n\n".join([_page(found), *(_why(name, each) for name, each in causes.items())]))
+
+
+def _diagnosed(found: Accuracy) -> dict[str, Diagnosis]:
+    """Robot -> what would explain its errors."""
+    from ..measurement.diagnosis import diagnose
+
+    causes = {}
+    for robot in found.robots:
+        of = [each for each in found.trials if found.setup.robot_of(each) == robot and _rides(each)]
+        with output.progress_bar(f"{robot.name}: looking for causes") as watch:
+            causes[robot.name] = diagnose(of, found.setup, watch)
+    return causes
+
+
+def _rides(trial: Trial) -> bool:
+    return bool((trial.kept & trial.on_robot).any())
+
+
+def _why(name: str, found: Diagnosis) -> str:
+    rows = [
+        (
+            each.name,
+            *(("", "") if each.fit is None else (f"{100 * each.explained:.1f}", f"{1e3 * each.rmse:.3g}")),
+            told,
+        )
+        for each in found.alone
+        for told in [each.told]
+    ]
+    for k, each in enumerate(found.together[1:], 2):
+        names = " + ".join(cause.name for cause in found.together[:k])
+        rows.append((names, f"{100 * each.explained:.1f}", f"{1e3 * each.rmse:.3g}", each.told))
+    table = output.table(("cause", "explains %", "leaves mm", "with"), rows, words=(0, 3))
+    said = "\n".join(f"{each[0].upper()}{each[1:]}." for each in found.sentences)
+    return "\n\n".join([output.heading(f"{name}: what would explain the errors, each cause fitted alone"), table, said])
+
+
+def _causes_dict(found: Diagnosis) -> dict[str, Any]:
+    def told(each: Cause) -> dict[str, Any]:
+        values = {} if each.fit is None else dict(zip(each.fit.names, each.fit.values.tolist(), strict=True))
+        return {"name": each.name, "explained": each.explained, "rmse": _number(each.rmse), "values": values}
+
+    return {
+        "rmse": _number(found.rmse),
+        "poses": found.count,
+        "outliers": found.outliers,
+        "alone": [told(each) | {"refused": each.why} for each in found.alone],
+        "together": [told(each) for each in found.together],
+        "sentences": list(found.sentences),
+    }
 
 
 def _loaded(paths: list[str], robot: Robot | None, torsion: str | None) -> list[Trial]:
@@ -84,11 +138,11 @@ def _loaded(paths: list[str], robot: Robot | None, torsion: str | None) -> list[
     return found if robot is not None else [replace(each, robot=with_torsion(each.robot, torsion)) for each in found]
 
 
-def _write(found: Accuracy, directory: Path) -> None:
+def _write(found: Accuracy, causes: dict[str, Diagnosis], directory: Path) -> None:
     from ..report.validation import write_validation
 
     with output.progress_bar("drawing") as watch:
-        page = write_validation(found, directory, watch=watch)
+        page = write_validation(found, directory, causes, watch=watch)
     output.note(f"wrote {page}")
 
 

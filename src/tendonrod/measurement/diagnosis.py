@@ -145,7 +145,10 @@ def _tried(name: str, numbers: tuple[str, ...], trials: tuple[Trial, ...], setup
     tell(name)
     try:
         fit = identify(trials, numbers, setup=setup, loss="squares")
-    except (InvalidInput, NotConverged) as error:
+    except InvalidInput as error:
+        why = f"not to be had: {error.allowed.removeprefix('left out: ').removeprefix('fewer: ')}"
+        return Cause(name=name, explained=0.0, rmse=float("nan"), fit=None, why=why)
+    except NotConverged as error:
         return Cause(name=name, explained=0.0, rmse=float("nan"), fit=None, why=str(error))
     before, after = (np.mean(each**2) for each in (fit.distance_before, fit.distance))
     explained = 1.0 - float(after / before) if before > 0.0 else 0.0

@@ -108,9 +108,7 @@ def _trial(fit: Fit, i: int, provenance: Provenance) -> dict[str, Any]:
         "gravity_identified": list(fit.setup.gravity_of(trial)),
         "registration": trial.origin.get("registration"),
         "fates": {name: dict(count) for name, count in trial.counts().items()},
-        "noise": {
-            name: getattr(trial, f"{name}_noise") or None for name in ("position", "orientation", "tension")
-        },
+        "noise": {name: getattr(trial, f"{name}_noise") or None for name in ("position", "orientation", "tension")},
     }
 
 
@@ -166,7 +164,9 @@ def residual_rows(fit: Fit, validation: CrossValidation | None = None) -> Iterat
     Distances are those of body points. held_out_mm is empty without cross-validation, samples count from 1.
     """
     T = max(each.robot.n_tendons for each in fit.trials)
-    drives = [f"{name}_{i}_{unit}" for name, unit in (("tension", "N"), ("displacement", "mm")) for i in range(1, T + 1)]
+    drives = [
+        f"{name}_{i}_{unit}" for name, unit in (("tension", "N"), ("displacement", "mm")) for i in range(1, T + 1)
+    ]
     yield [
         *("trial", "tracker", "sample", "time_s", "s_mm", "insertion", "rotation_deg"), *drives,
         *("error_x_mm", "error_y_mm", "error_z_mm", "distance_before_mm", "distance_mm", "held_out_mm"),

@@ -27,7 +27,7 @@ from .unknowns import Unknown, unknowns
 HUBER = {3: 3.0, 6: 3.9}  # in standard deviations of a pose; 98 % as efficient as least squares under normal noise
 REJECTED = {3: 6.0, 6: 7.0}
 ROUNDS = 15  # of the weights
-LIMITS: Any = {"xtol": 1e-7, "ftol": 1e-9, "gtol": 1e-12, "max_nfev": 60}  # in each
+LIMITS: Any = {"method": "dogbox", "xtol": 1e-7, "ftol": 1e-9, "gtol": 1e-12, "max_nfev": 60}  # in each
 SETTLED = 1e-2  # change from round to round, relative to the standard error
 Watch = Callable[[int, int, str], None]
 
@@ -223,7 +223,7 @@ class Problem:
         if not free.any():
             return z, float(np.sum(errors(z[free]) ** 2))
         bounds = self.low[free], self.high[free]
-        start = np.clip(z[free], bounds[0] + 1e-12, bounds[1] - 1e-12)
+        start = np.clip(z[free], *bounds)
         found = least_squares(errors, start, slopes, bounds, **LIMITS)  # pyright: ignore[reportArgumentType]
         return full(found.x), 2.0 * float(found.cost)
 

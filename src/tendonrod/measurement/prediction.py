@@ -56,6 +56,8 @@ class Predictor:
         self.shapes: dict[Hashable, Shape] = {}
 
     def __call__(self, setup: Setup) -> Prediction:
+        for name in self.names:
+            setup.value(name, self.trials)  # for its complaints
         rubs = any(setup.robot_of(each).friction.any() for each in self.trials)
         if rubs or any("friction" in name for name in self.names):
             return self._rubbing(setup)

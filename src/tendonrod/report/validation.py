@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from html import escape
 from pathlib import Path
@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from ..measurement.accuracy import WITH, WITHOUT, Accuracy, Errors, Place
+from ..measurement.diagnosis import Diagnosis
 from ..measurement.registration import seen_exit
 from ..measurement.trial import KEPT, MISSING_POSE, Trial
 from ..rotation import log_so3
@@ -26,29 +27,56 @@ _L = "<i>L</i><sub>na</sub>"
 def write_validation(
     found: Accuracy,
     out: str | os.PathLike[str],
-    why: Sequence[str] = (),
-    causes: Table | None = None,
-    pictures: Sequence[Picture] = (),
+    causes: Mapping[str, Diagnosis] | None = None,
     watch: Callable[[int, int, str], None] | None = None,
 ) -> Path:
     """Write index.html with Table I, figures, and errors.csv, every sample's error vector, into the directory ``out``.
 
-    why: sentences on what explains the errors, inline HTML, with a table ``causes`` of it, and ``pictures`` for its
-    section; left out, the page has none. Returns the path of the page. Raises `InvalidInput` where ``out`` cannot be
-    written.
+    causes: what would explain the errors, by the robot's name; left out, the page says nothing of it. Returns the path
+    of the page. Raises `InvalidInput` where ``out`` cannot be written.
     """
-    tables = [accuracy_table(found), bias_table(found), sample_table(found), *([causes] if causes is not None else [])]
+    why = _why(found, causes or {})
+    tables = [accuracy_table(found), bias_table(found), sample_table(found), *(each["table"] for each in why)]
     robots = ", ".join(robot.name for robot in found.robots)
     return write_page(
         out,
         "validation.html.j2",
         f"{robots}: measured and modelled",
         tables,
-        [*_pictures(found), *pictures],
-        facts(found) | {"why": list(why), "causes": causes, "why_pictures": [each.name for each in pictures]},
+        [*_pictures(found), *(each["picture"] for each in why)],
+        facts(found) | {"why": why},
         more=[lambda folder: write_errors(found, folder / "errors.csv")],
         watch=watch,
     )
+
+
+def _why(found: Accuracy, causes: Mapping[str, Diagnosis]) -> list[dict[str, Any]]:
+    """Of each robot: sentences, table and picture of what would explain its errors."""
+    from ..plot.causes import causes_figure
+
+    return [
+        {
+            "robot": name,
+            "sentences": [f"{escape(each[0].upper() + each[1:])}." for each in diagnosis.sentences],
+            "table": _causes_table("causes" if len(causes) == 1 else f"causes-{k}", diagnosis),
+            "picture": Picture(
+                name="causes" if len(causes) == 1 else f"causes-{k}", draw=partial(causes_figure, diagnosis)
+            ),
+        }
+        for k, (name, diagnosis) in enumerate(causes.items(), 1)
+    ]
+
+
+def _causes_table(name: str, found: Diagnosis) -> Table:
+    rows: list[list[Cell]] = []
+    for each in found.alone:
+        known: list[Cell] = [Number(100.0 * each.explained, 1), mm(each.rmse)] if each.fit is not None else ["–", "–"]
+        rows.append([each.name, *known, escape(each.told)])
+    for k, each in enumerate(found.together[1:], 2):
+        names = " + ".join(cause.name for cause in found.together[:k])
+        rows.append([names, Number(100.0 * each.explained, 1), mm(each.rmse), escape(each.told)])
+    header = ("cause", "of the squared error (%)", "RMSE left (mm)", "with, or why not")
+    return Table(name=name, header=header, rows=rows)
 
 
 def facts(found: Accuracy) -> dict[str, Any]:
