@@ -19,11 +19,13 @@ from .corrections import misprint_effects
 from .devices import chapter as devices_chapter
 from .following import chapter as following_chapter
 from .following import plans
+from .forensics import chapter as forensics_chapter
+from .forensics import forensics
 from .gravity import chapter as gravity_chapter
 from .gravity import effect
 
 Watch = Callable[[int, int, str], None]
-_COMPUTED, _PICTURES = 7, 11  # steps of the progress display
+_COMPUTED, _PICTURES = 8, 12  # steps of the progress display
 
 
 def reproduce(out: str | os.PathLike[str] = "out/reproduce", steps: int = 20, watch: Watch | None = None) -> Path:
@@ -60,9 +62,11 @@ def compute(steps: int = 20, tell: Callable[[str], None] = lambda _: None) -> li
     torsion = torsion_chapter(robots)
     tell("the paper's Table I")
     gravity = gravity_chapter([effect(robot) for robot in robots])
+    tell("what would be enough for it")
+    enough = forensics_chapter([forensics(robot) for robot in robots])
     tell("misprints")
     corrections = corrections_chapter(misprint_effects(robots[0]), robots)
-    return [devices, following, bending, torsion, gravity, corrections]
+    return [devices, following, bending, torsion, gravity, enough, corrections]
 
 
 class _Progress:
