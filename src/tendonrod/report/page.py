@@ -28,12 +28,13 @@ def write_page(
     facts: Mapping[str, Any],
     more: Sequence[Callable[[Path], object]] = (),
     watch: Callable[[int, int, str], None] | None = None,
+    **known: Any,
 ) -> Path:
     """Write index.html from a template that extends page.html.j2, each figure as PNG and SVG, each table as CSV.
 
     out: directory, made if need be; files of the same names are replaced once all are there, others left alone. more:
-    called with the folder to write other files to. watch(done, total, what) is called before each figure. Returns the
-    path of the page. Raises `InvalidInput` where ``out`` cannot be written.
+    called with the folder to write other files to. watch(done, total, what) is called before each figure. known: more
+    that the template knows by name. Returns the page's path. Raises `InvalidInput` where ``out`` cannot be written.
     """
     out = Path(out)
     try:
@@ -45,7 +46,7 @@ def write_page(
             for write in more:
                 write(folder)
             images = _drawn(pictures, folder, watch)
-            text = render(template, title, tables, images, facts)
+            text = render(template, tables, images, facts, title=title, **known)
             (folder / PAGE).write_text(text, encoding="utf-8")
             for file in sorted(folder.iterdir(), key=lambda file: file.name == PAGE):  # the page last
                 os.replace(file, out / file.name)
@@ -55,25 +56,21 @@ def write_page(
 
 
 def render(
-    template: str, title: str, tables: Sequence[Table], images: Mapping[str, str], facts: Mapping[str, Any]
+    template: str, tables: Sequence[Table], images: Mapping[str, str], facts: Mapping[str, Any], **more: Any
 ) -> str:
     """The page as one HTML text. images: figure name -> data URI, in the order of their numbers."""
-    return (
-        environment()
-        .get_template(template)
-        .render(
-            title=title,
-            facts=facts,
-            tables={table.name: table for table in tables},
-            table_number={table.name: k for k, table in enumerate(tables, 1)},
-            figure_number={name: k for k, name in enumerate(images, 1)},
-            images=images,
-            versions=versions(),
-        )
-    )
+    known = {
+        "facts": facts,
+        "tables": {table.name: table for table in tables},
+        "table_number": {table.name: k for k, table in enumerate(tables, 1)},
+        "figure_number": {name: k for k, name in enumerate(images, 1)},
+        "images": images,
+        "versions": versions(),
+    }
+    return _environment().get_template(template).render(known | more)
 
 
-def environment() -> Environment:
+def _environment() -> Environment:
     """Jinja with this package's templates, the filters ``cell`` and ``html`` and the test ``number``."""
     from jinja2 import Environment, FunctionLoader, StrictUndefined
     from markupsafe import Markup
@@ -88,11 +85,11 @@ def environment() -> Environment:
     )
     found.filters["cell"] = lambda cell: str(cell) if isinstance(cell, Number) else Markup(cell)
     found.filters["html"] = Markup
-    found.tests["number"] = is_number
+    found.tests["number"] = _is_number
     return found
 
 
-def is_number(cell: Cell) -> bool:
+def _is_number(cell: Cell) -> bool:
     """Whether a cell is to be aligned as a number."""
     return isinstance(cell, Number) or not any(letter.isalpha() for letter in plain(cell))
 
