@@ -10,6 +10,7 @@ from typer.core import TyperCommand
 from .batch import batch
 from .experiment import experiment
 from .ftl import ftl
+from .identify import identify
 from .motion import motion
 from .output import say
 from .reproduce import reproduce
@@ -65,6 +66,11 @@ COMMANDS = {
     validate: (
         "tendonrod validate exonav-3-*.nc --output accuracy",
         "tendonrod validate bench.csv --robot exonav-1 --torsion homogenized --json",
+    ),
+    identify: (
+        "tendonrod identify exonav-3-*.nc --free youngs_modulus,base_tilt,tip_mass --output fitted",
+        "tendonrod identify bench.csv --robot exonav-1 --free base_pose --hold tip_mass=0.2 --json",
+        "tendonrod identify --names exonav-3-s100.nc",
     ),
     reproduce: ("tendonrod reproduce --output paper-report",),
 }

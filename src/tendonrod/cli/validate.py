@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from collections import Counter
-from dataclasses import replace
 from math import degrees
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from ..errors import Fact, InvalidInput, one_of
+from ..errors import one_of
 from . import output
-from .arguments import Json, chosen_robot, with_torsion
+from .arguments import Json, chosen_robot, chosen_trials
 
 if TYPE_CHECKING:
     from ..measurement.accuracy import Accuracy, Errors, Place
@@ -60,7 +58,7 @@ def validate(
     one_of("--gravity", gravity, ("both", "with", "without"))
     model = None if robot is None else chosen_robot(robot, torsion)
     directory = None if output_directory is None else output.directory("--output", output_directory)
-    given = _loaded(trials, model, torsion)
+    given = chosen_trials(trials, model, torsion)
 
     from ..measurement.accuracy import accuracy
 
@@ -121,21 +119,6 @@ def _causes_dict(found: Diagnosis) -> dict[str, Any]:
         "together": [told(each) for each in found.together],
         "sentences": list(found.sentences),
     }
-
-
-def _loaded(paths: list[str], robot: Robot | None, torsion: str | None) -> list[Trial]:
-    """The trials; files that do not name their robot are read with ``robot``."""
-    from ..measurement.loading import load_trials
-
-    found = []
-    for path in paths:
-        options: dict[str, Any] = {} if Path(path).suffix.lower() == ".nc" else {"robot": robot}
-        found.extend(load_trials([path], **options))
-    names = Counter(each.name for each in found)
-    if len(paths) > 1 and max(names.values()) > 1:
-        twice = names.most_common(1)[0][0]
-        raise InvalidInput("TRIAL", Fact(twice), "given once; two of the files have a trial of this name")
-    return found if robot is not None else [replace(each, robot=with_torsion(each.robot, torsion)) for each in found]
 
 
 def _write(found: Accuracy, causes: dict[str, Diagnosis], directory: Path) -> None:

@@ -81,7 +81,7 @@ def as_dict(
         "orientations": fit.orientations,
         "poses": len(fit.where),
         "poses_used": int(fit.used.sum()),
-        "outliers": [_pose(fit, k) for k in np.flatnonzero(~fit.used)],
+        "outliers": [_pose(fit, k) for k in np.flatnonzero(~fit.used).tolist()],
         "rmse_before": fit.rmse_before,
         "rmse": fit.rmse,
         "rmse_held_out": None if validation is None else _known(validation.rmse),
@@ -188,7 +188,7 @@ def _sample(fit: Fit, i: int, row: int, j: int, T: int) -> list[Any]:
 
 
 def profile_rows(fit: Fit, profiles: Sequence[Profile]) -> Iterator[list[Any]]:
-    """A header and a row for each point: the number held, by how much the squares rise, and all numbers, in SI units."""
+    """A header and a row for each point: the number held, by how much the squares rise, and all numbers, SI."""
     yield ["number", "held_at", "rise", *fit.names]
     for each in profiles:
         for value, rise, others in zip(each.values, each.rise, each.others, strict=True):

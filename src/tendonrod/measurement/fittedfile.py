@@ -120,7 +120,8 @@ def file_key(robot: Robot, name: str) -> str:
 
 
 def _identified(fit: Fit, i: int, provenance: Provenance) -> str:
-    return f"identified: {_told(fit, i)} from {_files(fit, provenance)}, {_with_what(provenance)}, free: {', '.join(fit.names)}"
+    said = f"identified: {_told(fit, i)} from {_files(fit, provenance)}, {_with_what(provenance)}"
+    return f"{said}, free: {', '.join(fit.names)}"
 
 
 def _told(fit: Fit, i: int) -> str:

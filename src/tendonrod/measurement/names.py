@@ -72,8 +72,8 @@ def _known(name: str, of_robot: list[str]) -> str:
     """All names in two groups, and the one that was meant."""
     near = get_close_matches(name, [*BENCH, *GROUPS, *of_robot], n=1)
     hint = f"; did you mean {near[0]}?" if near else ""
-    groups = ", ".join(GROUPS)
-    return f"a number of the bench ({', '.join(BENCH)}; {groups} for several) or of the robot ({', '.join(of_robot)}){hint}"
+    bench = f"{', '.join(BENCH)}; {', '.join(GROUPS)} for several"
+    return f"a number of the bench ({bench}) or of the robot ({', '.join(of_robot)}){hint}"
 
 
 def _across_gravity(trials: Sequence[Trial]) -> tuple[str, ...]:

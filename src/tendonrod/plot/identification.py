@@ -122,11 +122,12 @@ def _held_out(axes: Axes, fit: Fit, found: CrossValidation) -> None:
     parts = [found.used & (found.fold == k) for k in range(len(found.folds))]
     parts.append(found.used)
     at = np.arange(len(names))[::-1]
-    for distance, colour, style in (
+    series: tuple[tuple[np.ndarray, str, dict[str, Any]], ...] = (
         (fit.distance_before, VERMILION, {"ms": 4.0}),
         (fit.distance, SKY, {"ms": 6.0, **IN_FIT}),
         (found.distance, BLUE, {"ms": 3.0}),
-    ):
+    )
+    for distance, colour, style in series:
         axes.plot([_rms(distance[part]) for part in parts], at, ls="", marker="o", color=colour, **style)
     axes.axhline(0.5, color=QUIET, lw=0.6)
     axes.set_yticks(at, [name if len(name) <= LONGEST else "…" + name[1 - LONGEST :] for name in names])
