@@ -18,7 +18,7 @@ from tendonrod.report.following import commanded
 from tendonrod.report.gravity import bounds, effect, self_weight
 
 STEPS = 5
-PICTURES = 11
+PICTURES = 12
 
 
 @pytest.fixture(scope="session")

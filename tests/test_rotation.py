@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.linalg import expm
 
-from tendonrod.rotation import exp_se3, exp_so3, hat, log_se3, log_so3, vee
+from tendonrod.rotation import exp_se3, exp_so3, hat, left_jacobian_so3, log_se3, log_so3, vee
 from tendonrod.statics import kernel
 
 size = st.one_of(st.floats(0.0, 3.1), st.floats(0.0, 1e-7), st.sampled_from([0.0, 1e-2, 0.0099999999, 1e-8]))
@@ -35,6 +35,16 @@ def test_log_inverts_exp(a):
     assert np.allclose(log_so3(exp_so3(a)), a, atol=1e-12)
 
 
+@given(vectors(), unit)
+def test_left_jacobian_is_the_mean_of_the_turns_on_the_way_and_says_how_a_small_change_turns(a, b):
+    nodes, weights = np.polynomial.legendre.leggauss(16)
+    mean = np.einsum("k,kij->ij", 0.5 * weights, exp_so3(np.multiply.outer(0.5 * (nodes + 1.0), a)))
+    assert np.allclose(left_jacobian_so3(a), mean, atol=1e-14)
+    step = 1e-4 * np.array(b)
+    turn = log_so3(exp_so3(a + step) @ exp_so3(a - step).T)
+    assert np.allclose(left_jacobian_so3(a) @ (2.0 * step), turn, atol=1e-11)
+
+
 @given(vectors(), vectors())
 def test_pose_is_the_matrix_exponential_and_log_inverts_it(v, u):
     twist = np.concatenate([v, u])
@@ -61,5 +71,6 @@ def test_leading_axes_are_batch_axes():
     poses = exp_se3(twists)
     assert poses.shape == (2, 5, 4, 4)
     assert np.allclose(poses[1, 3], exp_se3(twists[1, 3]), atol=1e-15)
+    assert np.allclose(left_jacobian_so3(twists[..., 3:])[1, 3], left_jacobian_so3(twists[1, 3, 3:]), atol=1e-15)
     small = 0.5 * twists
     assert np.allclose(log_se3(exp_se3(small)), small, atol=1e-12)

@@ -75,11 +75,11 @@ _OPTIONAL_OF_TENDON = ("end", "axial_stiffness", "wall")
 def body_keys(body: Body) -> dict[str, str]:
     """Flat name of each value of ``body`` -> its key in a robot file, "segments[0].rod.length_mm" for segments."""
     if isinstance(body, NotchedTube):
-        return TUBE_KEYS
+        return dict(TUBE_KEYS)
     if isinstance(body, TaperedRod):
-        return TAPERED_KEYS
+        return dict(TAPERED_KEYS)
     if not isinstance(body, Segments):
-        return ROD_KEYS
+        return dict(ROD_KEYS)
     keys = {}
     for k, segment in enumerate(body.segments):
         keys |= {_of_segment(k, name): f"segments[{k}].{key}" for name, key in body_keys(segment).items()}

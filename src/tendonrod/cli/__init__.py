@@ -1,4 +1,4 @@
-"""The command line: `tendonrod robots | shape | batch | motion | ftl | reproduce`.
+"""The command line: `tendonrod COMMAND`, see `app`.
 
 Results go to standard output, everything else to standard error. Exit status: 0 done; 1 a solve did not converge or the
 output could not be written; 2 bad input or usage, said in one line; 130 interrupted; 141 the reader of the output went

@@ -8,17 +8,21 @@ import typer
 from typer.core import TyperCommand
 
 from .batch import batch
+from .experiment import experiment
 from .ftl import ftl
+from .identify import identify
 from .motion import motion
 from .output import say
 from .reproduce import reproduce
 from .robots import robots
 from .shape import shape
+from .trial import trial
+from .validate import validate
 
 
 class _Command(TyperCommand):
     def collect_usage_pieces(self, ctx):
-        return [piece.strip("{}") for piece in super().collect_usage_pieces(ctx)]
+        return [piece.replace("{", "").replace("}", "") for piece in super().collect_usage_pieces(ctx)]
 
 
 app = typer.Typer(
@@ -50,6 +54,23 @@ COMMANDS = {
     ftl: (
         "tendonrod ftl exonav-1 --target 0.7 --gravity -9.81,0,0 --output plan.csv",
         "tendonrod ftl exonav-1 --target 0.7 --gravity -9.81,0,0 --freedom full --json",
+    ),
+    experiment: (
+        "tendonrod experiment exonav-3 --tilt-deg 10 --tip-mass-g 0.5 --seed 1 --output trials",
+        "tendonrod experiment exonav-1 --friction 0.1 --dropout 0.05 --figure trials.png",
+    ),
+    trial: (
+        "tendonrod trial bench.csv --robot exonav-1 --output bench.nc --figure bench.png",
+        "tendonrod trial track.csv --columns bench.toml --drive load-cell.csv --drive-offset 2.35",
+    ),
+    validate: (
+        "tendonrod validate exonav-3-*.nc --output accuracy",
+        "tendonrod validate bench.csv --robot exonav-1 --torsion homogenized --json",
+    ),
+    identify: (
+        "tendonrod identify exonav-3-*.nc --free youngs_modulus,base_tilt,tip_mass --output fitted",
+        "tendonrod identify bench.csv --robot exonav-1 --free base_pose --hold tip_mass=0.2 --json",
+        "tendonrod identify --names exonav-3-s100.nc",
     ),
     reproduce: ("tendonrod reproduce --output paper-report",),
 }

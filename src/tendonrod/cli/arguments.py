@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -11,6 +14,7 @@ from .. import errors
 from ..errors import Fact, InvalidInput, finite, nonnegative, one_of
 
 if TYPE_CHECKING:
+    from ..measurement.trial import Trial
     from ..robot import Robot
     from ..scenefile import Scene
 
@@ -97,13 +101,20 @@ def chosen_scene(path: str | None) -> Scene:
 def chosen_robot(source: str, torsion: str | None = None) -> Robot:
     """The robot, with another torsion model if one is asked for."""
     from ..robot import load_robot
-    from ..section import TORSION_MODELS, NotchedTube
+    from ..section import TORSION_MODELS
 
     if torsion is not None:
         one_of("--torsion", torsion, TORSION_MODELS)
-    robot = load_robot(source)
+    return with_torsion(load_robot(source), torsion)
+
+
+def with_torsion(robot: Robot, torsion: str | None) -> Robot:
+    """The robot with another torsion model, None for its own."""
+    from ..section import TORSION_MODELS, NotchedTube
+
     if torsion is None:
         return robot
+    one_of("--torsion", torsion, TORSION_MODELS)
     if not isinstance(robot.body, NotchedTube):
         raise InvalidInput("--torsion", Fact(torsion), f"left out: {robot.name} is a plain rod, its torsion is GJ")
     try:
@@ -113,6 +124,21 @@ def chosen_robot(source: str, torsion: str | None = None) -> Robot:
             raise
         needed = f"published or open_section: {robot.name} has no [material.stiffness_factors]"
         raise InvalidInput("--torsion", Fact(torsion), needed) from None
+
+
+def chosen_trials(paths: list[str], robot: Robot | None, torsion: str | None) -> list[Trial]:
+    """The trials; files that do not name their robot are read with ``robot``."""
+    from ..measurement.loading import load_trials
+
+    found = []
+    for path in paths:
+        options: dict[str, Any] = {} if Path(path).suffix.lower() == ".nc" else {"robot": robot}
+        found.extend(load_trials([path], **options))
+    names = Counter(each.name for each in found)
+    if len(paths) > 1 and max(names.values()) > 1:
+        twice = names.most_common(1)[0][0]
+        raise InvalidInput("TRIAL", Fact(twice), "given once; two of the files have a trial of this name")
+    return found if robot is not None else [replace(each, robot=with_torsion(each.robot, torsion)) for each in found]
 
 
 def _number_or_text(text: str) -> Any:

@@ -188,6 +188,18 @@ def target(option: str, path: str | None, suffixes: Sequence[str]) -> Path | Non
     return found
 
 
+def directory(option: str, path: str) -> Path:
+    """The directory that an option names, made if need be before the work begins."""
+    found = Path(path)
+    try:
+        found.mkdir(parents=True, exist_ok=True)
+    except FileExistsError:
+        raise InvalidInput(option, Fact(path), "a directory, not a file") from None
+    except OSError as error:
+        raise InvalidInput(option, Fact(path), f"a directory that can be made: {error.strerror or error}") from None
+    return found
+
+
 @contextlib.contextmanager
 def written(option: str, path: Path) -> Iterator[None]:
     """The library writes ``path``: its complaint about the file names the option, and what was written is noted."""

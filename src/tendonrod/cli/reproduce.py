@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from ..errors import Fact, InvalidInput
 from . import output as out
 
 
@@ -20,21 +18,10 @@ def reproduce(
 
     One page, index.html, with figures (PNG, SVG) and tables (CSV) beside it. Running it again is safe.
     """
-    directory = _directory(output)
+    directory = out.directory("--output", output)
 
     from ..report import reproduce as write_report
 
     with out.progress_bar("reproducing") as watch:
         page = write_report(out=directory, watch=watch)
     out.say(f"Report: {page}")
-
-
-def _directory(text: str) -> Path:
-    directory = Path(text)
-    try:
-        directory.mkdir(parents=True, exist_ok=True)
-    except FileExistsError:
-        raise InvalidInput("--output", Fact(text), "a directory, not a file") from None
-    except OSError as error:
-        raise InvalidInput("--output", Fact(text), f"a directory that can be made: {error.strerror or error}") from None
-    return directory

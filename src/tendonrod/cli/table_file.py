@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from ..errors import MISSING, Fact, InvalidInput
-from ..files import text_of
+from ..measurement.sheet import cell_lines
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,8 +65,7 @@ def per_tendon(stem: str, unit: str, n_tendons: int) -> list[str]:
 
 def read_table(name: str, columns: Columns) -> Table:
     """The rows of the CSV file ``name``. Raises `InvalidInput` by row and column."""
-    reader = csv.reader(io.StringIO(text_of(columns.file, name, "CSV")))
-    lines = [(reader.line_num, cells) for cells in reader if any(cells)]
+    lines = cell_lines(columns.file, name, ",")
     if not lines:
         raise InvalidInput(name, Fact("empty"), f"a header and rows: {columns.wanted}")
     header = [cell.strip() for cell in lines[0][1]]

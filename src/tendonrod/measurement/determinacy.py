@@ -17,8 +17,10 @@ if TYPE_CHECKING:
 
 HARDLY = 0.95  # correlation above which two numbers can hardly be told apart
 PART = 0.15  # of a direction, below which a number is not named
+FAR = 1.0  # of what is plausible
 UNEXPLAINED = 1.3  # times the stated noise
 NOTHING = 1e-9  # slope, relative to the largest
+AT_START = 0.1  # share of the information asked of an end: a rod that bends in a plane hides what it shows elsewhere
 
 
 def check_determined(
@@ -29,8 +31,9 @@ def check_determined(
     ended: (m,) where a fit ended, None at its start.
 
     A number, or a combination of numbers, is not determined where the data leave it more uncertain (one standard
-    error) than what is plausible anyway. Raises `InvalidInput`.
+    error) than what is plausible anyway; at the start, ten times as much is let pass. Raises `InvalidInput`.
     """
+    enough = AT_START if ended is None else 1.0
     scaled = white * np.array([each.plausible for each in unknowns])
     size = np.linalg.norm(scaled, axis=0)
     for k, (unknown, each) in enumerate(zip(unknowns, size, strict=True)):
@@ -39,11 +42,11 @@ def check_determined(
             if ended is not None:
                 allowed = f"left out: the fit runs away with it, to {unknown.told(ended[k], 2)}"
             raise InvalidInput("free", Fact(unknown.name), allowed)
-        if each < 1.0:
+        if each < enough:
             allowed = f"left out: the data leave it uncertain by {unknown.told(unknown.plausible / each, 2)}"
             raise InvalidInput("free", Fact(unknown.name), allowed)
-    _, values, directions = np.linalg.svd(scaled, full_matrices=False)
-    if len(scaled) < len(unknowns) or values[-1] < 1.0:
+    _, values, directions = np.linalg.svd(np.linalg.qr(scaled, mode="r"))  # of few data, also what they do not touch
+    if len(scaled) < len(unknowns) or values[-1] < enough:
         names = [each.name for each, part in zip(unknowns, directions[-1], strict=True) if abs(part) > PART]
         if len(names) == 1:
             raise InvalidInput("free", Fact(names[0]), "left out: beside the others, the data cannot determine it")
@@ -64,7 +67,7 @@ def _why(unknown: Unknown, trials: Sequence[Trial]) -> str:
 
 def sentences(fit: Fit, white: np.ndarray) -> tuple[str, ...]:
     """What a reader of the fit must know; white (q, m): derivatives of whitened errors by the unknowns, SI."""
-    return (*_alike(fit), *_at_bounds(fit), *_unexplained(fit), *_outlying(fit))
+    return (*_alike(fit), *_at_bounds(fit), *_far(fit), *_unexplained(fit), *_outlying(fit))
 
 
 def _alike(fit: Fit) -> list[str]:
@@ -93,6 +96,15 @@ def _at_bounds(fit: Fit) -> list[str]:
                     "it beyond, so that something else is wrong; its interval means nothing"
                 )
     return said
+
+
+def _far(fit: Fit) -> list[str]:
+    return [
+        f"{unknown.name} ended at {unknown.told(value)}, far from its start, {unknown.told(unknown.start)}: look "
+        "whether that can be, or whether something that was not freed hides behind it"
+        for unknown, value in zip(fit.unknowns, fit.values, strict=True)
+        if abs(value - unknown.start) > FAR * unknown.plausible
+    ]
 
 
 def _unexplained(fit: Fit) -> list[str]:

@@ -19,6 +19,7 @@ from .setup import Setup, the_robot
 from .trial import Trial
 
 WORTH = 0.05  # of the squared error that is left, below which one more cause is not taken
+CHANCE = 1e-3  # that noise alone lets a cause seem worth as much
 MOST = 3  # causes taken together
 CAUSES = {  # what it is called -> numbers
     "tilted base": ("base_tilt_x", "base_tilt_y"),
@@ -73,11 +74,11 @@ class Diagnosis:
     @property
     def sentences(self) -> tuple[str, ...]:
         """The answer in words."""
-        found = [each for each in self.alone if each.fit is not None and each.explained >= WORTH]
+        found = [each for each in self.alone if each.fit is not None and each.explained >= _least(each, self.count)]
         said = [f"as the trials stand, the model's RMSE is {1e3 * self.rmse:.3g} mm on {self.count} poses"]
         said += [f"{each.name} alone ({each.told}) would explain {_share(each)}" for each in found[:3]]
         if not found:
-            said.append("no single cause would explain as much as 5 % of the squared error")
+            said.append("no single cause would explain 5 % of the squared error, or more than noise alone lets it")
         elif len(self.together) > 1:
             names, last = " and ".join(each.name for each in self.together), self.together[-1]
             said.append(
@@ -100,9 +101,9 @@ def diagnose(trials: Sequence[Trial], setup: Setup | None = None, watch: Watch |
     alone = [_tried(name, numbers, clean, setup, tell) for name, numbers in causes.items()]
     alone.sort(key=lambda each: -each.explained)
     base = next((each.fit for each in alone if each.fit is not None), None)
-    together = _together(alone, causes, clean, setup, tell) if base is not None else []
     rmse = base.rmse_before if base is not None else float("nan")
     count = sum(int((each.kept & each.on_robot).sum()) for each in clean)
+    together = _together(alone, causes, clean, setup, tell, count) if base is not None else []
     return Diagnosis(rmse=rmse, count=count, outliers=outliers, alone=tuple(alone), together=tuple(together))
 
 
@@ -145,16 +146,33 @@ def _tried(name: str, numbers: tuple[str, ...], trials: tuple[Trial, ...], setup
     tell(name)
     try:
         fit = identify(trials, numbers, setup=setup, loss="squares")
-    except (InvalidInput, NotConverged) as error:
+    except InvalidInput as error:
+        why = f"not to be had: {error.allowed.removeprefix('left out: ').removeprefix('fewer: ')}"
+        return Cause(name=name, explained=0.0, rmse=float("nan"), fit=None, why=why)
+    except NotConverged as error:
         return Cause(name=name, explained=0.0, rmse=float("nan"), fit=None, why=str(error))
     before, after = (np.mean(each**2) for each in (fit.distance_before, fit.distance))
-    explained = 1.0 - float(after / before) if before > 0.0 else 0.0
+    explained = max(0.0, 1.0 - float(after / before)) if before > 0.0 else 0.0  # the noise's shape counts in the fit
     return Cause(name=name, explained=explained, rmse=fit.rmse, fit=fit)
 
 
+def _least(cause: Cause, count: int, known: int = 0) -> float:
+    """Share that a cause must explain of what is left, to be worth it and more than chance: F test, 3 count errors.
+
+    known: numbers that were freed before.
+    """
+    from scipy.stats import f
+
+    m = max(1, (len(cause.fit.unknowns) if cause.fit is not None else 1) - known)
+    rest = max(1, 3 * count - known - m)
+    F = float(f.isf(CHANCE, m, rest))
+    return max(WORTH, m * F / (m * F + rest))
+
+
 def _together(
-    alone: Sequence[Cause], causes: dict[str, tuple[str, ...]], trials: tuple[Trial, ...], setup: Setup, tell: _Steps
-) -> list[Cause]:
+    alone: Sequence[Cause], causes: dict[str, tuple[str, ...]], trials: tuple[Trial, ...], setup: Setup, tell: _Steps,
+    count: int,
+) -> list[Cause]:  # fmt: skip
     """The best cause, then the best beside it, as long as each is worth it."""
     taken = [alone[0]]
     while len(taken) < MOST and taken[-1].explained < 1.0:
@@ -165,7 +183,7 @@ def _together(
         tried = [_tried(each.name, numbers + causes[each.name], trials, setup, tell) for each in likely]
         best = max(tried, key=lambda each: each.explained, default=taken[-1])
         left = (1.0 - best.explained) / max(1e-300, 1.0 - taken[-1].explained)
-        if not isfinite(best.rmse) or 1.0 - left < WORTH or best is taken[-1]:
+        if not isfinite(best.rmse) or 1.0 - left < _least(best, count, len(numbers)) or best is taken[-1]:
             break
         taken.append(best)
     return taken

@@ -27,7 +27,8 @@ from .unknowns import Unknown, unknowns
 HUBER = {3: 3.0, 6: 3.9}  # in standard deviations of a pose; 98 % as efficient as least squares under normal noise
 REJECTED = {3: 6.0, 6: 7.0}
 ROUNDS = 15  # of the weights
-LIMITS: Any = {"xtol": 1e-7, "ftol": 1e-9, "gtol": 1e-12, "max_nfev": 60}  # in each
+LIMITS: Any = {"method": "dogbox", "xtol": 1e-7, "ftol": 1e-9, "gtol": 1e-12, "max_nfev": 60}  # in each
+COARSE = {"xtol": 1e-2, "ftol": 1e-2}
 SETTLED = 1e-2  # change from round to round, relative to the standard error
 Watch = Callable[[int, int, str], None]
 
@@ -146,7 +147,9 @@ def identify(
     one_of("loss", loss, ("huber", "squares"))
     before = setup or Setup()
     problem = Problem(registered(checked(trials)), tuple(free), before, orientations, watch)
-    return fitted(problem, loss)
+    fit = fitted(problem, loss)
+    problem.watch = None  # profiles and cross-validation tell their own progress
+    return fit
 
 
 def checked(trials: Sequence[Trial]) -> tuple[Trial, ...]:
@@ -197,9 +200,13 @@ class Problem:
             )
 
     def minimise(
-        self, z: np.ndarray, sigma: np.ndarray, G: np.ndarray, weights: np.ndarray, held: int | None = None
-    ) -> tuple[np.ndarray, float]:
-        """(z with the least weighted squares, that sum); the unknown ``held`` stays where it is."""
+        self, z: np.ndarray, sigma: np.ndarray, G: np.ndarray, weights: np.ndarray, held: int | None = None,
+        drawn: float = 0.0,
+    ) -> tuple[np.ndarray, float]:  # fmt: skip
+        """(z with the least weighted squares, that sum); the unknown ``held`` stays where it is.
+
+        drawn: how much a plausible departure from the start counts, in errors; then coarsely, to start from.
+        """
         from scipy.optimize import least_squares
 
         free = np.arange(z.size) != (-1 if held is None else held)
@@ -213,18 +220,21 @@ class Problem:
             try:
                 e = self.misfit.errors(self.at(full(part)))
             except (NotConverged, InvalidInput):  # no equilibrium or no such robot: a shorter step is taken
-                return np.full(weights.size * self.misfit.d, np.inf)
-            return self.misfit.whitened(e[..., None], sigma, G, weights)[:, 0]
+                return np.full(weights.size * self.misfit.d + part.size, np.inf)
+            white = self.misfit.whitened(e[..., None], sigma, G, weights)[:, 0]
+            return np.append(white, drawn * (part - self.start[free]))
 
         def slopes(part: np.ndarray) -> Any:
             X, _ = self.misfit.slopes(self.at(full(part)))
-            return -self.misfit.whitened((X * self.unit)[..., free], sigma, G, weights)
+            white = self.misfit.whitened((X * self.unit)[..., free], sigma, G, weights)
+            return np.vstack([-white, drawn * np.eye(part.size)])
 
         if not free.any():
             return z, float(np.sum(errors(z[free]) ** 2))
         bounds = self.low[free], self.high[free]
-        start = np.clip(z[free], bounds[0] + 1e-12, bounds[1] - 1e-12)
-        found = least_squares(errors, start, slopes, bounds, **LIMITS)  # pyright: ignore[reportArgumentType]
+        start = np.clip(z[free], *bounds)
+        limits = LIMITS | COARSE if drawn else LIMITS
+        found = least_squares(errors, start, slopes, bounds, **limits)  # pyright: ignore[reportArgumentType]
         return full(found.x), 2.0 * float(found.cost)
 
 
@@ -236,6 +246,8 @@ def fitted(problem: Problem, loss: str) -> Fit:
     distance_before = misfit.body_distances(start, before.holder)
     sigma, weights = misfit.noise(e), np.ones(len(e))
     check_determined(problem.unknowns, misfit.whitened(X, misfit.noise(np.zeros_like(e)), G, weights), problem.trials)
+    far, _ = _weights(misfit.distances(e, sigma, G), misfit.d, loss)
+    z, _ = problem.minimise(z, sigma, G, weights, drawn=max(1.0, far))  # else numbers little felt there may run away
     step = np.inf
     for _ in range(ROUNDS):
         last, kept = z, weights

@@ -115,11 +115,12 @@ class Misfit:
 
     def body_distances(self, found: Prediction, holder: np.ndarray) -> np.ndarray:
         """(N,) distance between measured and predicted point of the body, as tables of accuracy have it, m."""
-        distances = np.empty(len(self.where))
-        R = self._picked(found.rotation)
-        predicted = self._picked(found.position)
-        for k, tracker in enumerate(self._trackers()):
-            pairs = (self.position[k], self.rotation[k]), (predicted[k], R[k])
-            a, b = (without_offset(p[None], Q[None], tracker, holder)[0] for p, Q in pairs)
-            distances[k] = np.linalg.norm(a - b) if np.isfinite(a).all() else np.linalg.norm(pairs[0][0] - pairs[1][0])
+        R, predicted = self._picked(found.rotation), self._picked(found.position)
+        distances = np.linalg.norm(self.position - predicted, axis=1)
+        for i, j in np.unique(self.where[:, [0, 2]], axis=0):
+            rows = (self.where[:, 0] == i) & (self.where[:, 2] == j)
+            pairs = (self.position[rows], self.rotation[rows]), (predicted[rows], R[rows])
+            a, b = (without_offset(*pair, self.trials[i].trackers[j], holder) for pair in pairs)
+            apart = np.linalg.norm(a - b, axis=1)
+            distances[rows] = np.where(np.isfinite(apart), apart, distances[rows])
         return distances

@@ -56,6 +56,8 @@ class Predictor:
         self.shapes: dict[Hashable, Shape] = {}
 
     def __call__(self, setup: Setup) -> Prediction:
+        for name in self.names:
+            setup.value(name, self.trials)  # for its complaints
         rubs = any(setup.robot_of(each).friction.any() for each in self.trials)
         if rubs or any("friction" in name for name in self.names):
             return self._rubbing(setup)
@@ -130,6 +132,8 @@ class Predictor:
         """All samples in the order of time, without derivatives."""
         found, solves = _Sensors(self.trials, 0), 0
         for i, trial in enumerate(self.trials):
+            if not (trial.kept & trial.on_robot).any():
+                continue
             shape, driven = None, (np.isfinite(trial.tensions) | np.isfinite(trial.displacements)).all(axis=1)
             for row in np.flatnonzero(driven & np.isfinite(trial.insertion + trial.rotation) & (trial.insertion > 0.0)):
                 family = Family(self.trials, setup, (), [(i, np.array([row]))])

@@ -46,7 +46,7 @@ def profile(fit: Fit, name: str) -> Profile:
 
 
 def _held(fit: Fit, i: int, z: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, float]:
-    start = np.clip(z, fit.problem.low + 1e-12, fit.problem.high - 1e-12)
+    start = np.clip(z, fit.problem.low, fit.problem.high)
     start[i] = z[i]
     return fit.problem.minimise(start, *fit.noise, weights, held=i)
 

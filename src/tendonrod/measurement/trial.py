@@ -9,8 +9,8 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from functools import cached_property
+from dataclasses import dataclass, field, fields, replace
+from functools import cached_property, partial
 from types import MappingProxyType
 
 import numpy as np
@@ -131,6 +131,10 @@ class Trial:
         if not isinstance(origin, Mapping) or not all(isinstance(x, str) for each in origin.items() for x in each):
             raise InvalidInput("origin", origin, "a mapping from texts to texts")
         self._set("origin", MappingProxyType(dict(origin)))
+
+    def __reduce__(self):
+        values = {each.name: getattr(self, each.name) for each in fields(self)}
+        return partial(Trial, **values | {"origin": dict(self.origin)}), ()
 
     def _set(self, name: str, value: object) -> None:
         object.__setattr__(self, name, value)

@@ -103,3 +103,83 @@ class GravityEffect:
     def tilt_needed(self) -> float:
         """Base tilt (degrees) that would move the tip by the bound."""
         return float(self.bound[-1] / self.tilt[-1])
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Gap:
+    """Distance between the paper's two model runs, (..., 4) m: root mean square, least and most over the tensions."""
+
+    rms: np.ndarray
+    least: np.ndarray
+    most: np.ndarray
+
+    def margins(self, bracket: np.ndarray) -> np.ndarray:
+        """(..., 8) m: by how much the distances exceed the least of Table I, then stay below the most, at each place.
+
+        ``bracket`` (2, 4): the two bounds. All are met where none is negative.
+        """
+        return np.concatenate([self.rms - bracket[0], bracket[1] - self.rms], axis=-1)
+
+    def margins_at_any_tensions(self, bracket: np.ndarray) -> np.ndarray:
+        """(..., 8) as `margins`, but where none is negative, some tensions of the range would do, others by place."""
+        return np.concatenate([self.most - bracket[0], bracket[1] - self.least], axis=-1)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Region:
+    """Which tilts and masses, or tilts towards gravity and sideways, keep the bounds of Table I: one case.
+
+    tilts: (n,) rad. values: (m,) kg or rad. margins, margins_at_any_tensions: (n, m, 8) m, as those of `Gap`.
+    closest: largest margin (m) that all bounds can be kept by; negative: by how much one is missed at best.
+    least: (tilt, value) with the least sum of squares of tilt / 1 degree and mass / 0.5 g, None where none will do;
+    edge: which of the eight bounds it stands at.
+    """
+
+    tilts: np.ndarray
+    values: np.ndarray
+    margins: np.ndarray
+    margins_at_any_tensions: np.ndarray
+    closest: float
+    least: tuple[float, float] | None
+    edge: int | None
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Scan:
+    """One cause alone. values: (n,) in reading units; margins, margins_at_any_tensions: (n, 8) m, as of `Gap`."""
+
+    values: np.ndarray
+    margins: np.ndarray
+    margins_at_any_tensions: np.ndarray
+
+    def windows(self, place: int | None = None, any_tensions: bool = False) -> list[tuple[float, float]]:
+        """Intervals of ``values`` where the bounds are kept at one of the four places, None for all of them."""
+        margins = self.margins_at_any_tensions if any_tensions else self.margins
+        return positive(self.values, margins if place is None else margins[:, [place, place + 4]])
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Forensics:
+    """One prototype: bracket (2, 4) m of Table I, causes alone by name, regions in tilt and mass by case, tilts."""
+
+    name: str
+    bracket: np.ndarray
+    scans: dict[str, Scan]
+    regions: dict[str, Region]
+    sideways: Region
+
+
+def positive(x: np.ndarray, margins: np.ndarray) -> list[tuple[float, float]]:
+    """Intervals of ``x`` (n,) where none of the broken lines through ``margins`` (n, m) is negative."""
+    a, b = margins[:-1], margins[1:]
+    crossing = a / np.where(a == b, 1.0, a - b)
+    low = np.where(a < 0.0, np.where(b < 0.0, np.inf, crossing), 0.0).max(axis=1)
+    high = np.where(b < 0.0, np.where(a < 0.0, -np.inf, crossing), 1.0).min(axis=1)
+    found: list[tuple[float, float]] = []
+    for k in np.flatnonzero(low <= high):
+        first, last = (float(x[k] + share[k] * (x[k + 1] - x[k])) for share in (low, high))
+        if found and low[k] == 0.0 and found[-1][1] == float(x[k]):
+            found[-1] = found[-1][0], last
+        else:
+            found.append((first, last))
+    return found

@@ -255,8 +255,8 @@ class _Answers:
         """The solution's strains in a changed request."""
         base, problem = self.trial, rod_problem(asked)
         stays = self._stays(problem)
-        places = (base.grid, base.kinks) if stays else [self._carried(problem, s) for s in (base.grid, base.kinks)]
-        trial = Trial(problem, *places, self.rubs)
+        grid, kinks = ((each if stays else self._carried(problem, each)) for each in (base.grid, base.kinks))
+        trial = Trial(problem, grid, kinks, self.rubs)
         trial.x[:] = base.x
         trial.tensions = base.tensions + asked.tensions - base.problem.request.tensions
         trial.share = base.share
