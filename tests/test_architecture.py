@@ -32,6 +32,7 @@ FLOORS = [
     {"statics"},
     {"motion"},
     {"measurement"},
+    {"rig"},
     {"plot", "device_figure", "section_figure"},
     {"report", "reproduce"},
     {"cli"},

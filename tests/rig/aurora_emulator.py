@@ -59,7 +59,11 @@ class Script:
 def pose(handle: int, frame: int) -> tuple[tuple[float, ...], tuple[float, ...], float]:
     """Quaternion (w, x, y, z), position (mm) and error (mm) of a tool in a frame: on a helix, turning about z."""
     a = 0.02 * frame + handle
-    return (math.cos(a / 2), 0.0, 0.0, math.sin(a / 2)), (30 * math.cos(a), -30 * math.sin(a), -100 - 0.01 * frame), 0.12
+    return (
+        (math.cos(a / 2), 0.0, 0.0, math.sin(a / 2)),
+        (30 * math.cos(a), -30 * math.sin(a), -100 - 0.01 * frame),
+        0.12,
+    )
 
 
 def crc16(data: bytes) -> int:

@@ -1,9 +1,10 @@
-"""A bench of plain devices for tests of safety: axes that obey exactly, a tendon that is a spring, settable readings."""
+"""A bench of plain devices for tests of safety: axes that obey exactly, a spring for a tendon, settable readings."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from math import inf, nan, pi
+from typing import Any
 
 from tendonrod.rig.guarded import GuardedBench
 from tendonrod.rig.interfaces import AxisLimits, AxisState, Bench, Command, Force, PoseFrame, Sample
@@ -107,9 +108,19 @@ class PlainTracker:
 
 @dataclass(frozen=True, kw_only=True)
 class PlainBench(Bench):
-    """Counts how often it was closed."""
+    """Counts how often it was closed. Its devices are of any type, so that tests may set what they like."""
 
+    screw: Any
+    translation: Any
+    rotation: Any
+    load_cell: Any
+    tracker: Any
+    clock: Any
     closed: list = field(default_factory=list)
+
+    @property
+    def axes(self) -> Any:
+        return self.screw, self.translation, self.rotation
 
     def close(self) -> None:
         self.closed.append(self.clock.now())
@@ -121,14 +132,14 @@ def plain_bench(acceleration: float = inf) -> PlainBench:
     screw = PlainAxis("screw", clock, AxisLimits(low=-30e-3, high=110e-3, speed=3e-3, acceleration=acceleration))
     z = PlainAxis("translation", clock, AxisLimits(low=-10e-3, high=110e-3, speed=5e-3, acceleration=acceleration))
     turn = PlainAxis("rotation", clock, AxisLimits(low=-6 * pi, high=6 * pi, speed=2.0, acceleration=acceleration))
-    cell = PlainCell(screw, z, clock)
+    cell, tracker = PlainCell(screw, z, clock), PlainTracker(clock)
     return PlainBench(
         name="plain",
         screw=screw,
         translation=z,
         rotation=turn,
         load_cell=cell,
-        tracker=PlainTracker(clock),
+        tracker=tracker,
         clock=clock,
     )
 
@@ -140,6 +151,15 @@ def running(limits: Limits | None = None, strain=None) -> tuple[PlainBench, Guar
     guarded.home()
     guarded.interlock.arm()
     guarded.interlock.start()
+    period(guarded)
+    return bench, guarded
+
+
+def taut(tension: float = 0.7, limits: Limits | None = None) -> tuple[PlainBench, GuardedBench]:
+    """Running, under tension (N)."""
+    bench, guarded = running(limits)
+    bench.load_cell.offset = tension * COMPLIANCE
+    guarded.interlock._watch.restart()  # the step is no part of what is tested
     period(guarded)
     return bench, guarded
 

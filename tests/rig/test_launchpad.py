@@ -26,7 +26,8 @@ def program(tmp_path_factory) -> Path:
     return firmware.build(tmp_path_factory.mktemp("board"))
 
 
-PATIENT = ("--homed", "--watchdog", "3000")  # so that a busy machine, which holds up these tests, is no fault
+PATIENCE = ("--watchdog", "3000")  # so that a busy machine, which holds up these tests, is no fault
+PATIENT = ("--homed", *PATIENCE)
 
 
 @pytest.fixture
@@ -61,12 +62,12 @@ def test_devices_are_those_of_the_interfaces(board):
 
 
 def test_axes_go_at_their_velocities_and_stop(board):
-    start = [axis.read().position for axis in (board.screw, board.translation, board.rotation)]
+    start = [axis.read() for axis in (board.screw, board.translation, board.rotation)]
     drive(board, 0.5, -0.0005, 0.002, 0.3)
     states = [axis.read() for axis in (board.screw, board.translation, board.rotation)]
     assert [each.velocity for each in states] == pytest.approx([-0.0005, 0.002, 0.3], rel=0.05)
-    gone = [each.position - at for each, at in zip(states, start, strict=True)]
-    assert gone == pytest.approx([-0.00025, 0.001, 0.15], rel=0.2)
+    means = [(b.position - a.position) / (b.time - a.time) for a, b in zip(start, states, strict=True)]
+    assert means == pytest.approx([-0.0005, 0.002, 0.3], rel=0.2)  # the ramp, and this process's own delays
     board.translation.stop()
     sleep(0.1)
     assert board.read("test").state.velocities == pytest.approx([0, 0, 0], abs=3000)  # one step of the encoders
@@ -109,7 +110,8 @@ def test_a_period_of_the_loop_takes_two_exchanges_or_one(emulator, max_age, exch
             for axis in (board.screw, board.translation, board.rotation):
                 axis.move(0.001)
             sleep(0.004)
-        assert board.counts.commands - before == pytest.approx(exchanges * periods, abs=4)
+        used = board.counts.commands - before
+        assert used == periods if exchanges == 1 else exchanges * periods <= used <= 2 * exchanges * periods
 
 
 def test_time_is_that_of_the_bench_and_never_goes_back(board):
@@ -150,7 +152,10 @@ def last_command(board: LaunchPad) -> BoardState:
     """Bring all axes to speed; what the last command answered. Once more where this process was held up."""
     for _ in range(10):
         with suppress(DeviceError):
-            return [board.transact(-0.001, 0.01, 1.0) for _ in range(2000)][-1].state
+            end, last = monotonic() + 0.3, board.transact(-0.001, 0.005, 1.0)
+            while monotonic() < end:
+                last = board.transact(-0.001, 0.005, 1.0)
+            return last.state
     pytest.fail("this machine is too busy")
 
 
@@ -162,7 +167,7 @@ def test_when_commands_stay_away_the_axes_stop_within_150_ms(program):
             trace.append(board.read("test").state)
             sleep(0.002)
         rest = trace[-1].positions
-        assert told.velocities == pytest.approx([-1e6, 10e6, 1e6], rel=0.1)
+        assert told.velocities == pytest.approx([-1e6, 5e6, 1e6], rel=0.1)
         moving = [each for each in trace if max(abs(a - b) for a, b in zip(each.positions, rest, strict=True)) > 1000]
         assert max((each.micros for each in moving), default=told.micros) - told.micros < 150_000
         assert trace[-1].has(Flag.WATCHDOG)
@@ -202,7 +207,7 @@ def test_when_the_control_process_is_killed_the_axes_stop_within_150_ms(program)
 
 
 def test_homing_finds_the_references(program):
-    with firmware.running(program) as emulator, LaunchPad(emulator.port) as board:
+    with firmware.running(program, *PATIENCE) as emulator, LaunchPad(emulator.port) as board:
         assert not board.screw.read().homed
         with pytest.raises(DeviceError, match="MOVE refused: an axis that is to move is not homed"):
             board.transact(0.0, 0.001, 0.0)

@@ -211,6 +211,15 @@ def test_missing_readings_move_nothing_for_long():
     assert velocities[-1] == 0.0
 
 
+def test_a_robot_that_is_out_keeps_the_turn_it_has():
+    machine = Machine(length=L, turns=1.0, screw=MACHINE.screw, translation=MACHINE.translation)
+    for z, goal in ((0.5 * L, pi), (0.0, -1.9 * pi)):
+        task, plant = FollowLeader(PLAN, machine), SmallPlant(z=z, x=z, phi=3.0)
+        while task.phase is not Phase.INSERT:
+            plant.move(task.update(plant.sample(), 5e-3), 5e-3)
+        assert plant.phi == pytest.approx(goal, abs=0.03)
+
+
 @pytest.mark.parametrize(("angle", "expected"), [(0.0, 0.0), (-4.0, 0.0), (40.0, 0.0), (-40.0, 0.0)])
 def test_full_turns_keep_to_the_travel(angle, expected):
     assert full_turn(angle, (-6.0, 0.0), AxisLimits(low=-3 * pi, high=pi)) == expected

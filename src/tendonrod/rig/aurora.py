@@ -1,7 +1,7 @@
 """NDI Aurora, an electromagnetic tracker, over serial or TCP through ndicapi, which runs in a process of its own.
 
-The bench's loop never waits for the tracker: `Aurora.read` takes what a background thread has received from that process
-(`aurora_process`, which also says why it is one). A tracker that falls silent, is unplugged or sends noise
+The bench's loop never waits for the tracker: `Aurora.read` takes what a background thread has received from that
+process (`aurora_process`, which also says why it is one). A tracker that falls silent, is unplugged or sends noise
 without end costs that process, and here one `DeviceError`. The emulator of tests/rig is all that this has met so far.
 """
 
@@ -85,16 +85,21 @@ class Aurora:
             raise InvalidInput("baud", baud, "one of " + ", ".join(map(str, BAUDS)))
         wanted = {"port": port, "tools": checked_tools(tools), "baud": baud}
         wanted |= {"limit": self._limit, "setup_limit": positive("setup_limit", setup_limit)}
-        self.counts = AuroraCounts()
-        self.tools, self.handles, self.firmware = (), {}, ""
-        self._names: dict[int, str] = {}
-        self._numbers: dict[int, int] = {}
-        self._frames: deque[PoseFrame] = deque(maxlen=KEPT)
-        self._failure, self._is_ready, self._is_closing = "", Event(), False
+        self._prepare()
         self._process = _started(wanted)
         self._thread = Thread(target=self._listen, name="aurora", daemon=True)
         self._thread.start()
         self._await_ready()
+
+    def _prepare(self) -> None:
+        self.counts = AuroraCounts()
+        self.tools: tuple[str, ...] = ()
+        self.handles: dict[str, list] = {}
+        self.firmware = ""
+        self._names: dict[int, str] = {}
+        self._numbers: dict[int, int] = {}
+        self._frames: deque[PoseFrame] = deque(maxlen=KEPT)
+        self._failure, self._is_ready, self._is_closing = "", Event(), False
 
     def __enter__(self) -> Aurora:
         return self
@@ -203,7 +208,8 @@ class Aurora:
             return f"{self._port}: no answer from the tracker in time"
         if code < 0:
             return f"{self._port}: ndicapi failed ({signal.Signals(-code).name}), as it does on noise without end"
-        return f"{self._port}: the tracker's process ended (exit status {code})"
+        said = self._process.stderr.read().strip().rpartition("\n")[2]  # pyright: ignore[reportOptionalMemberAccess]
+        return f"{self._port}: the tracker's process ended ({said or f'exit status {code}'})"
 
 
 def _started(wanted: dict) -> subprocess.Popen[str]:
@@ -213,7 +219,7 @@ def _started(wanted: dict) -> subprocess.Popen[str]:
         [sys.executable, "-m", "tendonrod.rig.aurora_process", json.dumps(wanted)],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
-        stderr=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
         text=True,
         env={**os.environ, "PYTHONPATH": path},
     )

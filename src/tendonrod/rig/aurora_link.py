@@ -6,6 +6,7 @@ import os
 import re
 import signal
 import stat
+from collections.abc import Callable
 from contextlib import suppress
 
 from .interfaces import DeviceError
@@ -164,18 +165,29 @@ class SerialLink(Link):
     def _set_speed(self, baud: int) -> None:
         import termios
 
-        attributes = termios.tcgetattr(self._held.fileno())
-        attributes[4] = attributes[5] = getattr(termios, f"B{baud}")
-        termios.tcsetattr(self._held.fileno(), termios.TCSANOW, attributes)
+        def change(attributes: list) -> None:
+            attributes[4] = attributes[5] = getattr(termios, f"B{baud}")
+
+        self._change(change)
 
     def _wait_at_most(self, seconds: float) -> None:
         """Set after how much silence ndicapi gives up; tenths of a second, 25.5 s at most."""
         import termios
 
-        attributes = termios.tcgetattr(self._held.fileno())
-        attributes[6][termios.VMIN] = 0
-        attributes[6][termios.VTIME] = max(1, min(255, round(10.0 * seconds)))
-        termios.tcsetattr(self._held.fileno(), termios.TCSANOW, attributes)
+        def change(attributes: list) -> None:
+            attributes[6][termios.VMIN] = 0
+            attributes[6][termios.VTIME] = max(1, min(255, round(10.0 * seconds)))
+
+        self._change(change)
+
+    def _change(self, change: Callable[[list], None]) -> None:
+        """Change the port's settings, which ndicapi's opening shares; a port that is gone shows at the next command."""
+        import termios
+
+        with suppress(termios.error):
+            attributes = termios.tcgetattr(self._held.fileno())
+            change(attributes)
+            termios.tcsetattr(self._held.fileno(), termios.TCSANOW, attributes)
 
 
 class TcpLink(Link):

@@ -5,9 +5,9 @@ waited for without end), a reply without end overruns its buffer of 2 KB, a refu
 None of that may happen where motors are controlled. Here, whatever takes longer than its limit ends the process by
 SIGALRM, and `Aurora` says so.
 
-One JSON object a line goes to standard output: {"ready": ...}, then {"reply": text of TX, "from": s, "to": s} (monotonic
-time; see `aurora_time`) for each new frame, {"damaged": count} for replies that had to be asked again, and in the
-end {"error": text}. It ends when its standard input is closed, so also when the bench's process is no more.
+One JSON object a line goes to standard output: {"ready": ...}, then {"reply": text of TX, "from": s, "to": s}
+(monotonic time; see `aurora_time`) for each new frame, {"damaged": count} for replies that had to be asked again, and
+in the end {"error": text}. It ends when its standard input is closed, so also when the bench's process is no more.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ import select
 import signal
 import sys
 from contextlib import suppress
+from random import uniform
 from time import monotonic, sleep
 
 from .aurora_link import Link, NoAnswer, open_link
@@ -24,7 +25,7 @@ from .aurora_reply import UNPLUGGED, DamagedReply, Plugged, handles, plugged, tr
 from .aurora_tools import assigned, rom_pages
 from .interfaces import DeviceError
 
-POLL = 0.004  # s between two questions for the newest frame
+POLL = 0.003, 0.005  # s between two questions for the newest frame; by chance, so as not to beat with the frames
 DAMAGED_IN_A_ROW = 10  # replies that may be damaged or missing before that is an error
 TO_FREE, TO_INITIALISE, TO_ENABLE = 1, 2, 3  # what PHSR lists
 ROUNDS = 2
@@ -97,8 +98,11 @@ def _handles(link: Link, kind: int) -> tuple[int, ...]:
 
 
 def _watch(link: Link, names: dict[int, str]) -> None:
-    """Ask for the newest frame until standard input is closed, and hand on those that are new."""
-    newest: dict[int, int] = {}
+    """Ask for the newest frame until standard input is closed, and hand on those that are new.
+
+    The first answer only tells what is old: nobody knows since when it has been there.
+    """
+    newest: dict[int, int] | None = None
     before, damaged = monotonic(), 0
     while not select.select([sys.stdin], [], [], 0.0)[0]:
         asked = monotonic()
@@ -112,10 +116,10 @@ def _watch(link: Link, names: dict[int, str]) -> None:
             if damaged >= DAMAGED_IN_A_ROW:
                 raise DeviceError(f"{link.port}: {damaged} replies in a row are damaged or missing: {error}") from None
             continue
-        if frames != newest:
+        if newest not in (None, frames):
             _tell(reply=text, **{"from": before, "to": answered})
         newest, before, damaged = frames, asked, 0
-        sleep(max(0.0, asked + POLL - monotonic()))
+        sleep(max(0.0, asked + uniform(*POLL) - monotonic()))
 
 
 def _all_there(port: str, text: str, names: dict[int, str]):

@@ -19,7 +19,12 @@ UNPLUGGED = "UNOCCUPIED"
 
 STATUS = {0x040: "out of volume", 0x080: "partially out of volume", 0x100: "sensor broken", 0x1000: "processing failed"}
 LOST = 0x1140  # of these bits, all but "partially": what is said of the pose then is no measurement
-SYSTEM = {0x01: "communication out of step", 0x04: "system CRC error", 0x08: "system exception", 0x10: "hardware failed"}
+SYSTEM = {
+    0x01: "communication out of step",
+    0x04: "system CRC error",
+    0x08: "system exception",
+    0x10: "hardware failed",
+}
 
 _POSE = r"(?:[+-]\d{5}){4}(?:[+-]\d{6}){3}[+-]\d{5}"
 _TOOL = re.compile(

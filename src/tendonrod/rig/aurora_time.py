@@ -6,7 +6,7 @@ from collections import deque
 
 import numpy as np
 
-ENOUGH = 12  # frames before the line's slope is fitted too; until then it is the nominal one
+PRIOR = 144.0  # frames^2: of the nominal slope, as much as twelve frames say about it
 SHORTEST = 1e-4  # s: no bound is trusted to be closer
 STRAY = 2.0  # frames that the line may miss a bound by; beyond, the count was set back or the rate changed
 
@@ -17,11 +17,13 @@ class FrameTimes:
     The tracker is asked over and over for its newest frame. A frame that is new in an answer became available after the
     answer before was asked for, and before this one had come: bounds some milliseconds apart, wide where the host was
     late. The line goes through the middles of the bounds, each with the weight of its width's inverse square, so that a
-    late answer shifts nothing; a time is never taken outside its own bounds.
+    late answer shifts nothing; at first the nominal rate holds its slope. A time is never taken outside its own bounds.
+
+    rate: Hz; the nominal one becomes that of the line.
     """
 
     def __init__(self, rate: float, window: int = 400) -> None:
-        self.rate = rate
+        self.rate, self._nominal = rate, 1.0 / rate
         self._points: deque[tuple[int, float, float]] = deque(maxlen=window)  # frame, middle, width
         self._newest = (-1, 0.0)
 
@@ -48,9 +50,7 @@ class FrameTimes:
         numbers, middles, weights = points[:, 0] - frame, points[:, 1], 1.0 / points[:, 2] ** 2
         weights /= weights.sum()
         number, middle = float(weights @ numbers), float(weights @ middles)
-        slope = 1.0 / self.rate
-        if len(points) >= ENOUGH:
-            away = numbers - number
-            slope = float((weights * away) @ (middles - middle) / ((weights * away) @ away))
-            self.rate = 1.0 / slope if slope > 0.0 else self.rate
+        away = len(points) * weights * (numbers - number)
+        slope = float((away @ (middles - middle) + PRIOR * self._nominal) / (away @ (numbers - number) + PRIOR))
+        self.rate = 1.0 / slope if slope > 0.0 else self.rate
         return middle - slope * number

@@ -42,7 +42,9 @@ def assigned(port: str, found: Sequence[Plugged], wanted: Mapping[str, object] |
         raise DeviceError(f"{port}: no tool is plugged into the tracker")
     if wanted is None:
         return {each.place: each for each in there.values()}
-    chosen = {name: _exact(name, there.values()) for name in wanted if _HANDLE.fullmatch(name) or _PLACE.fullmatch(name)}
+    chosen = {
+        name: _exact(name, there.values()) for name in wanted if _HANDLE.fullmatch(name) or _PLACE.fullmatch(name)
+    }
     for name, tool in chosen.items():
         if tool is None:
             raise DeviceError(f"{port}: no tool at {name}; plugged in: {listed}")
@@ -50,7 +52,9 @@ def assigned(port: str, found: Sequence[Plugged], wanted: Mapping[str, object] |
     rest = [tool for handle, tool in there.items() if handle not in taken]
     names = [name for name in wanted if name not in chosen]
     if names and len(names) != len(rest):
-        raise DeviceError(f"{port}: {len(there)} tools are plugged in, {listed}: must be {len(wanted)}, {', '.join(wanted)}")
+        raise DeviceError(
+            f"{port}: {len(there)} tools are plugged in, {listed}: must be {len(wanted)}, {', '.join(wanted)}"
+        )
     by_order = dict(zip(names, rest, strict=False))
     return {name: by_order.get(name) or chosen[name] for name in wanted}  # pyright: ignore[reportReturnType]
 

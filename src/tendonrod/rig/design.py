@@ -28,7 +28,7 @@ PERIODS = 1.5  # of delay: one for the computation, half of one for the hold
 PADE = 5  # order of the delay in transfer functions; off by less than 1e-6 up to a phase of 90 degrees
 LAG = 0.01  # s: assumed of a small geared DC motor under velocity control; the paper gives none
 FILTER = 0.0016  # s: a load cell's amplifier with a bandwidth of 100 Hz; the paper gives none
-DAMPING = 1.0  # wanted where the compliance is least favourable: no overshoot in tension
+DAMPING = 1.0  # wanted where the body is longest: nothing swings, though the zero of PI lets a step overshoot
 PHASE_MARGIN = 60.0  # degrees, wanted
 
 

@@ -90,7 +90,7 @@ def comparison_figure(traces: Mapping[str, Trace]) -> Figure:
             labelled(axes, "", name.replace("τ_FTL", r"$\tau_{FTL}$"))
         panels[2].set_xlabel("insertion η")
         for axes in panels[:2]:
-            axes.legend(loc="best", ncols=3 if axes is panels[0] else 1)
+            axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.99), ncols=len(traces) + 1)
     return figure
 
 
@@ -203,7 +203,7 @@ def _wire(axes: Axes, path: np.ndarray, label: str, at, is_optional: int = 0) ->
     near = path[-1] - 0.02 * (path[-1] - path[-2]) / np.linalg.norm(path[-1] - path[-2])
     axes.annotate("", path[-1], near, arrowprops=arrow)
     if label:
-        axes.text(*at, label, ha="center", va="center", size=7.6, color=colour)
+        axes.text(at[0], at[1], label, ha="center", va="center", size=7.6, color=colour)
 
 
 def _bode(panels, loop: Loop, label: str | None, look: dict[str, Any]) -> None:

@@ -148,12 +148,18 @@ class Bench:
         return self.screw, self.translation, self.rotation
 
     def close(self) -> None:
-        """Stop everything and let the devices go."""
-        for axis in self.axes:
-            axis.stop()
-        for device in (*self.axes, self.load_cell, self.tracker):
-            if hasattr(device, "close"):
-                device.close()  # pyright: ignore[reportAttributeAccessIssue, reportOptionalMemberAccess]
+        """Stop everything and let the devices go; all of them, even where one fails, whose error is raised in the end."""
+        first: Exception | None = None
+        steps = [axis.stop for axis in self.axes]
+        devices = (*self.axes, self.load_cell, self.tracker)
+        steps += [device.close for device in devices if hasattr(device, "close")]  # pyright: ignore
+        for step in steps:
+            try:
+                step()
+            except Exception as error:  # noqa: BLE001 - whatever a driver raises, the others are still to be stopped
+                first = first or error
+        if first is not None:
+            raise first
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

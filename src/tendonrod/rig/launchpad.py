@@ -128,8 +128,7 @@ class LaunchPad:
                 self.stop()
             raise
         if not last.has(Flag.HOMED, axis):
-            why = "it does not move" if last.has(Flag.STALLED, axis) else "the board did not find its reference"
-            raise DeviceError(f"{self._link.port}: {NAMES[axis]} is not homed: {why}")
+            raise DeviceError(f"{self._link.port}: {NAMES[axis]} is not homed: {_why_not_homed(last, axis)}")
 
     def close(self) -> None:
         """Stop the axes if the board still answers, and let the port go; a second time does nothing."""
@@ -206,3 +205,11 @@ class LaunchPad:
     def _ask_state(self) -> BoardState:
         with self._lock:
             return self._took(self._link.ask("READ")).state
+
+
+def _why_not_homed(state: BoardState, axis: int) -> str:
+    if state.has(Flag.STALLED, axis):
+        return "it does not move"
+    if state.has(Flag.WATCHDOG):
+        return "this program was held up for longer than the board waits"
+    return "the board did not find its reference" if state.has(Flag.HOME_FAILED, axis) else "it was stopped"

@@ -14,7 +14,7 @@ from .control import Ramp, TensionController
 from .drives import Lasting, Machine, TaskFailed, full_turn
 from .interfaces import Command, Sample
 from .profiles import Cubics
-from .staged import TOLERANCE, Phase, Staged
+from .staged import START, TOLERANCE, Phase, Staged
 
 SHARE = 1 / 3  # of the axes' speeds that a file without times uses: the cubics are up to three times as steep
 SPEED, TURN_RATE, TENSION_RATE = 1e-3, 0.5, 0.1  # m/s, rad/s, N/s: where the limits name none
@@ -70,7 +70,9 @@ class Progressive(Staged):
 
     def _begin(self, sample: Sample) -> None:
         super()._begin(sample)
-        self._turned = full_turn(sample.rotation.position, self._way, self.machine.rotation)
+        is_out = self._z > START * self.machine.length
+        here = sample.rotation.position if is_out else self._way[0]
+        self._turned = full_turn(here, self._way, self.machine.rotation)
         self._aim()
 
     def _aim(self) -> None:

@@ -11,6 +11,7 @@ from .control import LowPass, TensionController
 from .drives import NEAR, TURNED, AxisDrive, Lasting, Machine, TaskFailed, within_travel
 from .interfaces import STILL, Command, Sample
 
+START = 0.05  # insertion at which the tendon is taken up: of a shorter body the tension says little
 TOLERANCE = 0.02  # N: a tension so near to its target counts as reached
 LASTING = 0.2  # s: for how long it must stay there
 SMOOTHING = 0.1  # s: time constant of the tension that is compared with the tolerance, against the cell's noise

@@ -15,11 +15,10 @@ from .drives import NEAR, Machine, full_turn, pace, within_travel
 from .interfaces import STILL, Command, Sample
 from .profiles import Profile
 from .progressive import Progressive
-from .staged import TOLERANCE, Phase, Staged
+from .staged import START, TOLERANCE, Phase, Staged
 
 __all__ = ["FollowLeader", "Phase", "Progressive", "Retract", "TensionHold"]
 
-START = 0.05  # insertion at which the tendon is taken up: of a shorter body the tension says little
 EASE = 1.0  # s: in which the screw comes up to its rate and slows down again, kp / ki of the paper's loop
 WAY = tuple(k / 20 for k in range(21))  # shares of the way at which the rotation's travel is looked at
 CREEP = 0.05  # of its rate: the screw's least speed before the end
@@ -52,7 +51,8 @@ class _Along(Staged):
         super()._begin(sample)
         self._eta = self._from = self._insertion(sample)
         way = [self._angle(self._eta + share * (self.goal - self._eta)) for share in WAY]
-        self._turned = full_turn(sample.rotation.position, way, self.machine.rotation)
+        here = way[0] if self._eta <= START else sample.rotation.position
+        self._turned = full_turn(here, way, self.machine.rotation)
 
     def _angle(self, eta: float) -> float:
         """Where the rotation belongs at ``eta``, rad."""
@@ -102,8 +102,9 @@ class FollowLeader(_Along):
     - start: insertion at which the tendon is taken up first; a robot that is further out starts from where it is.
     - winder: controller of the screw for taking up; tolerance: N, within which a tension counts as reached.
 
-    Full turns of the rotation leave the robot as it is: it starts from the angle that is nearest. Raises
-    `InvalidInput`; `update` raises `TaskFailed` where the tension can't be taken up or is lost.
+    Full turns of the rotation leave the robot as it is: further out than `START` it keeps the turn that it has, and the
+    travel of the rotation may ask for another. Raises `InvalidInput`; `update` raises `TaskFailed` where the tension
+    can't be taken up or is lost.
     """
 
     name = "follow the leader"
