@@ -29,6 +29,7 @@ from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cache
+from itertools import cycle
 
 import numba
 import numpy as np
@@ -126,32 +127,23 @@ def outcomes(seeds: int, processes: int = 2) -> list[Outcome]:
 
 def print_coverage(seeds: int) -> None:
     found, true, least = outcomes(seeds), true_values(), np.sqrt(np.diag(bound()))
-    holds, values, errors = (
-        np.array([getattr(each, name) for each in found]) for name in ("holds", "values", "errors")
-    )
-    z = (values - true) / errors
-    print(f"coverage of 95 % intervals, {seeds} seeds; chance alone moves the share of a number by", end=" ")
-    print(
-        f"{100 * np.sqrt(0.95 * 0.05 / seeds):.1f} % and its bias by {1 / np.sqrt(seeds):.2f} standard errors (1 sigma)"
-    )
-    print(
-        f"{'':16s} {'truth':>9s} {'coverage':>9s} {'bias / s.e.':>12s} {'spread / s.e.':>14s} {'half-width / bound':>19s}"
-    )
-    for k, name in enumerate(FREE):
-        wide = np.mean(half_widths(found)[:, k]) / (NORMAL * least[k])
-        print(
-            f"{name:16s} {true[k]:9.4g} {100 * holds[:, k].mean():7.1f} % {z[:, k].mean():12.2f} "
-            f"{z[:, k].std(ddof=1):14.2f} {wide:19.3f}"
-        )
-    print(f"{'all':16s} {'':9s} {100 * holds.mean():7.1f} %")
+    holds, values, errors = (np.array([getattr(o, name) for o in found]) for name in ("holds", "values", "errors"))
+    z, wide = (values - true) / errors, half_widths(found).mean(axis=0) / (NORMAL * least)
     spread = values.std(axis=0, ddof=1) / least
-    print("spread of the values / bound: " + ", ".join(f"{each:.2f}" for each in spread))
+    print(f"coverage of 95 % intervals, {seeds} seeds; one standard deviation of what chance does:", end=" ")
+    print(f"coverage {100 * np.sqrt(0.95 * 0.05 / seeds):.1f} %, bias {1 / np.sqrt(seeds):.2f} standard errors")
+    print(f"{'':16s}    truth  coverage  bias / error  spread / error  half-width / bound  spread / bound")
+    for k, name in enumerate(FREE):
+        print(
+            f"{name:16s} {true[k]:8.3g} {100 * holds[:, k].mean():7.1f} % {z[:, k].mean():13.2f} "
+            f"{z[:, k].std(ddof=1):15.2f} {wide[k]:19.3f} {spread[k]:15.3f}"
+        )
+    print(f"{'all':16s} {'':8s} {100 * holds.mean():7.1f} %")
     print(
-        f"mean squared distance from the truth {np.mean([o.distance2 for o in found]):.2f}, {len(FREE)} expected;",
-        end=" ",
+        f"squared distance from the truth {np.mean([o.distance2 for o in found]):.2f}, {len(FREE)} expected;", end=" "
     )
-    print(f"mean scale of the noise {np.mean([o.scale for o in found]):.3f}, 1 expected;", end=" ")
-    print(f"evaluations {min(o.evaluations for o in found)} to {max(o.evaluations for o in found)}\n")
+    print(f"scale of the noise {np.mean([o.scale for o in found]):.3f}, 1 expected;", end=" ")
+    print(f"{min(o.evaluations for o in found)} to {max(o.evaluations for o in found)} evaluations a fit\n")
 
 
 def half_widths(found: list[Outcome]) -> np.ndarray:
@@ -179,33 +171,29 @@ def medians(cases: dict[str, tuple[Callable[[], object], int]], rounds: int) -> 
 
 
 def print_speed(samples: int = 125, rounds: int = 15) -> None:
-    study = replace(STUDY, samples=samples)
-    trials = measured(study, truth(samples), 0)[1:]  # that of the base has nothing to be predicted
-    fits: list[Fit] = []
+    trials = measured(replace(STUDY, samples=samples), truth(samples), 0)[1:]  # that of the base predicts nothing
     near = [TRUTH.changed({"youngs_modulus": 68e9 * (1.0 + 0.01 * k)}, trials) for k in range(8)]
-    walk, steps = Predictor(trials, FREE), iter(2 * rounds * near)
-    direct = Direct(trials, FREE)
-    masses = [LumpedMass(mass=4e-4)]
-    identify(trials, FREE), direct(near[0]), walk(near[0])  # compiled, and started
-    cases: dict[str, tuple[Callable[[], object], int]] = {
-        "cold solve": (lambda: solve(TRUE, 0.7, GRAVITY), 50),
-        "cold solve with the mass": (lambda: solve(TRUE, 0.7, GRAVITY, loads=masses), 20),
-        "evaluation": (lambda: walk(next(steps)), 1),
-        "fit": (lambda: fits.append(identify(trials, FREE)), 1),
-    }
-    t = medians(cases, rounds)
-    t |= medians({"each sample solved": (lambda: direct(near[rounds % 2]), 1)}, 1)
-    evaluations, cold, laden = fits[0].evaluations, t["cold solve"], t["cold solve with the mass"]
-    per = t["fit"] / evaluations
-    print(
-        f"speed, {len(FREE)} numbers from {4 * samples} samples: {walk(near[0]).solves} equilibria an evaluation,",
-        end=" ",
+    walk, direct, setups, masses = Predictor(trials, FREE), Direct(trials, FREE), cycle(near), [LumpedMass(mass=4e-4)]
+    fit = identify(trials, FREE)
+    walk(near[0])
+    direct(near[0])  # compiled and started, as they are within a fit
+    t = medians(
+        {
+            "cold solve": (lambda: solve(TRUE, 0.7, GRAVITY), 50),
+            "cold solve with the mass": (lambda: solve(TRUE, 0.7, GRAVITY, loads=masses), 20),
+            "evaluation": (lambda: walk(next(setups)), 1),
+            "fit": (lambda: identify(trials, FREE), 1),
+        },
+        rounds,
     )
-    print(f"{evaluations} evaluations and {fits[0].solves} equilibria a fit")
+    t["iteration (fit / evaluations)"] = per = t["fit"] / fit.evaluations
+    t |= medians({"evaluation, each sample solved": (lambda: direct(near[1]), 1)}, 1)
+    cold, laden, each = t["cold solve"], t["cold solve with the mass"], fit.solves / fit.evaluations
+    print(f"speed, {len(FREE)} numbers from {4 * samples} samples:", end=" ")
+    print(f"{fit.evaluations} evaluations of {each:.0f} equilibria a fit")
     print(f"{'':34s} {'ms':>9s} {'cold solves':>12s} {'of the same, with mass':>23s}")
-    rows = t | {"iteration (fit / evaluations)": per}
-    for name, value in rows.items():
-        print(f"{name:34s} {1e3 * value:9.3f} {value / cold:12.1f} {value / laden:23.1f}")
+    for name, value in t.items():
+        print(f"{name:34s} {1e3 * value:9.3f} {value / cold:12.1f} {value / laden:23.2f}")
     print(f"asked: an iteration in less than 200 cold solves; found {per / cold:.0f}\n")
 
 

@@ -108,7 +108,7 @@ def test_missing_frames_an_outlier_and_a_repeated_time_are_dealt_with_and_told(n
     assert len(found.where) == fates[KEPT]
     assert found.outliers.tolist() == [[0, 7, 2]]
     (said,) = [each for each in found.sentences if "outlier" in each]
-    assert said.startswith(f"1 pose of {fates[KEPT]} did not count as outlier, the furthest ")
+    assert said.startswith(f"1 of {fates[KEPT]} poses was left out as outlier, the furthest ")
     assert said.endswith("a, sample 8, tracker s100")
     assert found.distance[~found.used][0] == pytest.approx(20e-3, abs=3e-3)
     assert np.abs(in_errors(found, VALUES)).max() < 3.5

@@ -123,6 +123,7 @@ def _outlying(fit: Fit) -> list[str]:
     i, row, j = fit.where[k]
     trial = fit.trials[i]
     count, place = len(fit.outliers), f"{trial.name}, sample {row + 1}, tracker {trial.trackers[j].name}"
-    several = "s" if count > 1 else ""
-    said = f"{count} pose{several} of {len(fit.where)} did not count as outlier{several}, "
+    said = (
+        f"{count} of {len(fit.where)} poses {'was' if count == 1 else 'were'} left out as outlier{'s'[: count != 1]}, "
+    )
     return [f"{said}the furthest {1e3 * fit.distance[k]:.3g} mm away: {place}"]

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from math import isfinite
+from math import isfinite, log
 
 import numpy as np
 
@@ -179,14 +179,21 @@ def _together(
         names = [each.name for each in taken]
         numbers = tuple(number for name in names for number in causes[name])
         others = [each for each in alone if each.name not in names and each.fit is not None]
-        likely = sorted(others, key=lambda each: -_by_slope(each, taken[-1]))[:3]
+        likely = sorted(others, key=lambda each: _criterion(each, _by_slope(each, taken[-1]), count))[:3]
         tried = [_tried(each.name, numbers + causes[each.name], trials, setup, tell) for each in likely]
-        best = max(tried, key=lambda each: each.explained, default=taken[-1])
+        fitted = [each for each in tried if each.fit is not None]
+        best = min(fitted, key=lambda each: _criterion(each, each.explained, count), default=taken[-1])
         left = (1.0 - best.explained) / max(1e-300, 1.0 - taken[-1].explained)
         if not isfinite(best.rmse) or 1.0 - left < _least(best, count, len(numbers)) or best is taken[-1]:
             break
         taken.append(best)
     return taken
+
+
+def _criterion(cause: Cause, explained: float, count: int) -> float:
+    """Schwarz's: what is left, and a price for each number, so that three do not win over one by a hair."""
+    assert cause.fit is not None
+    return 3 * count * log(max(1e-12, 1.0 - explained)) + len(cause.fit.unknowns) * log(3 * count)
 
 
 def _by_slope(other: Cause, taken: Cause) -> float:

@@ -9,6 +9,7 @@ import numpy as np
 from ..robot import Robot
 from ..rotation import exp_so3, left_jacobian_so3
 from ..statics.equilibrium import solve
+from ..statics.inputs import MATERIAL
 from ..statics.shape import Shape
 from .setup import BENCH, Setup, places
 from .trial import ROBOT, Trial
@@ -107,6 +108,8 @@ class Family:
 
     def _moved_along(self, name: str) -> list[tuple[str, float]]:
         """Masses that keep their share of the robot's length where a number changes it."""
+        if name.endswith(MATERIAL):
+            return []
         longer = sum(sign * each.length_na for sign, each in self._changed(name))
         on = [(k, each.at / self.robot.length_na) for k, each in enumerate(self.loads) if each.at is not None]
         return [(f"loads[{k}].at", share * longer) for k, share in on if longer != 0.0]
@@ -141,7 +144,7 @@ class Family:
         """(3,) how a sensor's arm changes with a number."""
         if name.startswith("holder"):
             return np.eye(3)[_AXES[name[-1]]]
-        if name in BENCH:
+        if name in BENCH or name.endswith(MATERIAL):
             return np.zeros(3)
         share = place / self.robot.length_na
         offsets = [sign * each.axis_offset(np.array([share * each.length_na]))[0] for sign, each in self._changed(name)]
