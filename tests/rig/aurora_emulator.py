@@ -1,7 +1,7 @@
 """An NDI Aurora in a process of its own, over a pty or TCP: the part of its protocol that ndicapi and the driver use.
 
-python aurora_emulator.py '{"transport": "pty", ...}' with the fields of `Script`; prints {"port", "zero", "rate"} in one
-line (zero: monotonic time of frame 0) and runs until its standard input is closed. Written from the protocol as
+python aurora_emulator.py '{"transport": "pty", ...}' with the fields of `Script`; prints {"port", "zero", "rate"} in
+one line (zero: monotonic time of frame 0) and runs until its standard input is closed. Written from the protocol as
 ndicapi's parser has it, with a CRC of its own; it shares no code with the driver.
 """
 
@@ -81,7 +81,7 @@ class Tracker:
 
     def __init__(self, script: Script) -> None:
         self.script, self.random = script, random.Random(script.seed)
-        self.zero, self.baud, self.is_mute = time.monotonic(), script.baud, False
+        self.zero, self.baud, self.next_baud, self.is_mute = time.monotonic(), script.baud, "", False
         self.tools = {handle: [port, channel, OCCUPIED] for handle, port, channel in script.tools}
         self.power_up()
 
@@ -114,8 +114,7 @@ class Tracker:
         if name in script.refuse:
             return self.sealed("ERROR" + script.refuse[name])
         does = getattr(self, "do_" + name.lower(), None)
-        if name == "TX":
-            time.sleep(script.late)
+        time.sleep(script.late if name == "TX" else 0.0)
         reply = self.sealed(does(rest) if does else "ERROR01")
         return self.damaged(reply) if name == "TX" else reply
 
@@ -223,7 +222,8 @@ def serve(tracker: Tracker, read_fd: int, write, speed) -> None:
     script, waiting = tracker.script, b""
     while tracker.frame < script.die_at:
         if tracker.is_tracking and tracker.frame >= script.flood_at:
-            write(bytes(tracker.random.choices(range(65, 91), k=3000)))
+            write(bytes(tracker.random.choices(range(65, 91), k=1500)))  # ndicapi has room for 2 KB
+            time.sleep(0.001)
             continue
         if not select.select([read_fd], [], [], 0.02)[0]:
             continue
@@ -241,8 +241,8 @@ def serve(tracker: Tracker, read_fd: int, write, speed) -> None:
             if speed() not in (None, BAUDS[tracker.baud]):
                 reply = bytes(byte ^ 0x55 for byte in reply)  # what a wrong speed makes of it
             write(reply)
-            if getattr(tracker, "next_baud", None) and reply:
-                tracker.baud, tracker.next_baud = tracker.next_baud, None
+            if tracker.next_baud and reply:
+                tracker.baud, tracker.next_baud = tracker.next_baud, ""
 
 
 def over_pty(tracker: Tracker) -> None:
@@ -251,14 +251,11 @@ def over_pty(tracker: Tracker) -> None:
     tell(tracker, os.ttyname(theirs))
     os.close(theirs)
 
-    def speed() -> int:
-        return termios.tcgetattr(ours)[5]
-
     def write(data: bytes) -> None:
         with suppress(OSError):
             os.write(ours, data)
 
-    serve(tracker, ours, write, speed)
+    serve(tracker, ours, write, lambda: termios.tcgetattr(ours)[5])
 
 
 def over_tcp(tracker: Tracker) -> None:
@@ -290,11 +287,7 @@ def emulated(**script):
 def main() -> None:
     tracker = Tracker(Script(**json.loads(sys.argv[1])))
 
-    def end_with_parent() -> None:
-        sys.stdin.read()
-        os._exit(0)
-
-    threading.Thread(target=end_with_parent, daemon=True).start()
+    threading.Thread(target=lambda: (sys.stdin.read(), os._exit(0)), daemon=True).start()  # ends with its parent
     {"pty": over_pty, "tcp": over_tcp}[tracker.script.transport](tracker)
 
 

@@ -6,6 +6,7 @@ import subprocess
 import sys
 import time
 from contextlib import contextmanager
+from pathlib import Path
 
 import pytest
 
@@ -121,8 +122,8 @@ def test_noise_costs_replies_but_no_pose_is_wrong():
 
 
 def test_cut_replies_are_asked_for_again():
-    with tracking({"limit": 2.0}, truncate=0.05, seed=1) as (aurora, _):
-        assert all(is_pose_of(frame) for frame in frames_of(aurora, 40, limit=15.0))
+    with tracking({"limit": 2.0}, truncate=0.1, seed=1) as (aurora, _):
+        assert all(is_pose_of(frame) for frame in frames_of(aurora, 20, limit=15.0))
         assert aurora.counts.damaged > 0
 
 
@@ -146,6 +147,14 @@ def test_a_tracker_left_at_another_speed_is_found():
         assert frames_of(aurora, 1)
 
 
+def is_running(pid: int) -> bool:
+    """Whether a process is there and has not ended; an orphan that ended may stay listed as a zombie."""
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except OSError:
+        return False
+
+
 def test_a_bench_that_is_killed_takes_the_tracker_process_along():
     code = "import sys, time; from tendonrod.rig.aurora import Aurora; a = Aurora(sys.argv[1])\n"
     code += "print(a._process.pid, flush=True); time.sleep(60)"
@@ -155,9 +164,6 @@ def test_a_bench_that_is_killed_takes_the_tracker_process_along():
             child = int(bench.stdout.readline())
             os.kill(bench.pid, signal.SIGKILL)
         deadline = time.monotonic() + 5.0
-        while os.path.exists(f"/proc/{child}") and time.monotonic() < deadline:
-            if open(f"/proc/{child}/stat").read().rpartition(")")[2].split()[0] == "Z":
-                break  # ended; nobody is left here to take note of it
+        while (runs := is_running(child)) and time.monotonic() < deadline:
             time.sleep(0.02)
-        else:
-            assert not os.path.exists(f"/proc/{child}")
+        assert not runs

@@ -1,12 +1,10 @@
-"""What can go wrong with an Aurora: each in one line, within a stated time, with the bench's process unharmed."""
+"""What can go wrong while an Aurora tracks: each in one line, in a stated time, and the bench goes on."""
 
-import socket
 import time
 
 import pytest
 
 from rig.aurora_emulator import emulated
-from tendonrod.errors import InvalidInput
 from tendonrod.rig.aurora import Aurora
 from tendonrod.rig.interfaces import DeviceError
 
@@ -16,22 +14,21 @@ each_transport = pytest.mark.parametrize("transport", ["pty", "tcp"])
 SOON = {"limit": 0.4, "setup_limit": 0.4}
 
 
-def opening_fails(port: str, says: str, **options) -> None:
-    with pytest.raises(DeviceError, match=says) as told:
-        Aurora(port, **{**SOON, **options})
-    assert "\n" not in str(told.value)
-    assert str(told.value).startswith(port)
+def read_for(duration: float, aurora: Aurora, found: list) -> None:
+    """Read as a loop of 200 Hz does, into ``found``."""
+    end = time.monotonic() + duration
+    while time.monotonic() < end:
+        found += aurora.read()
+        time.sleep(0.005)
 
 
 def fails_while_tracking(says: str, within: float, **script) -> None:
     """The first error of an open tracker, which stays; frames that came before it are handed out first."""
     with emulated(**script) as told, Aurora(told["port"], tools={"tip": None}, **SOON) as aurora:
-        deadline, count = time.monotonic() + within, 0
+        found = []
         with pytest.raises(DeviceError, match=says) as error:
-            while time.monotonic() < deadline:
-                count += len(aurora.read())
-                time.sleep(0.005)
-        assert count > 0
+            read_for(within, aurora, found)
+        assert found
         assert "\n" not in str(error.value)
         with pytest.raises(DeviceError, match=says):
             aurora.read()
@@ -40,81 +37,22 @@ def fails_while_tracking(says: str, within: float, **script) -> None:
 @each_transport
 def test_a_tracker_that_falls_silent(transport):
     """Over TCP ndicapi would wait for ever."""
-    fails_while_tracking("no answer|missing", 6.0, transport=transport, mute_at=50)
+    fails_while_tracking("no answer from the tracker for 0.4 s", 6.0, transport=transport, mute_at=50)
 
 
 @each_transport
 def test_a_tracker_that_is_unplugged(transport):
-    fails_while_tracking("gone|damaged or missing", 6.0, transport=transport, die_at=50)
+    fails_while_tracking("gone", 6.0, transport=transport, die_at=50)
 
 
 @each_transport
 def test_noise_without_end(transport):
     """ndicapi's buffer of 2 KB is overrun: its process fails, not the bench's."""
-    fails_while_tracking("ndicapi failed|damaged or missing|no answer", 6.0, transport=transport, flood_at=50)
+    fails_while_tracking("ndicapi failed|damaged answers only|no answer", 6.0, transport=transport, flood_at=50)
 
 
 def test_a_tool_that_is_unplugged():
     fails_while_tracking("tool tip is unplugged", 4.0, unplug_at=50)
-
-
-@each_transport
-def test_something_else_answers(transport):
-    with emulated(transport=transport, echo=True) as told:
-        opening_fails(told["port"], "no NDI tracker")
-
-
-@each_transport
-def test_nothing_answers(transport):
-    with emulated(transport=transport, mute="INIT") as told:
-        opening_fails(told["port"], "no tracker answers|no answer")
-
-
-@each_transport
-def test_another_tracker_of_ndi(transport):
-    with emulated(transport=transport, version="Polaris Vega Control Firmware\nNDI S/N: P9") as told:
-        opening_fails(told["port"], "'Polaris Vega Control Firmware NDI S/N: P9': must be an NDI Aurora")
-
-
-@pytest.mark.parametrize(
-    ("command", "code", "says"),
-    [
-        ("PINIT", "13", "PINIT refused: Unable to initialize Tool-in-Port .*ERROR13"),
-        ("PENA", "28", "PENA refused: Too many tools"),
-        ("TSTART", "12", "TSTART refused: Unable to start tracking"),
-    ],
-)
-def test_a_refused_command_is_told_with_the_reason(command, code, says):
-    with emulated(transport="tcp", refuse={command: code}) as told:
-        opening_fails(told["port"], says)
-
-
-def test_tools_that_are_not_there():
-    with emulated(transport="tcp", tools=[]) as told:
-        opening_fails(told["port"], "no tool is plugged in")
-    with emulated(transport="tcp", tools=[[10, 1, 0], [11, 2, 0]]) as told:
-        opening_fails(told["port"], "2 tools are plugged in", tools={"tip": None})
-
-
-def test_a_port_that_is_taken():
-    with emulated() as told, Aurora(told["port"]):
-        opening_fails(told["port"], "taken")
-
-
-def test_ports_that_are_none():
-    opening_fails("/dev/no-such-port", "no such port")
-    with socket.create_server(("127.0.0.1", 0)) as closed:
-        number = closed.getsockname()[1]
-    opening_fails(f"tcp://127.0.0.1:{number}", "refused")
-    for port in ("tcp://host", "http://host:1", "", 3):
-        with pytest.raises(InvalidInput, match="^port"):
-            Aurora(port)
-
-
-@pytest.mark.parametrize("options", [{"rate": 0.0}, {"baud": 1200}, {"limit": -1.0}, {"delay": float("nan")}])
-def test_wrong_options_are_told_by_name(options):
-    with pytest.raises(InvalidInput, match=f"^{next(iter(options))}"):
-        Aurora("/dev/no-such-port", **options)
 
 
 def test_a_closed_tracker_says_so():
@@ -123,5 +61,4 @@ def test_a_closed_tracker_says_so():
         aurora.close()
         aurora.close()
         with pytest.raises(DeviceError, match="closed"):
-            for _ in range(2):  # the first hands out what came before
-                aurora.read()
+            read_for(1.0, aurora, [])

@@ -8,10 +8,10 @@ import pytest
 
 from tendonrod import load_robot
 from tendonrod.errors import InvalidInput
+from tendonrod.plot.loop_design import Trace, comparison_figure
+from tendonrod.report.loop_design import design_page
 from tendonrod.rig.control import KI, KP, TensionController
 from tendonrod.rig.design import Loop, at_insertions, margins, suggested, with_gains
-from tendonrod.rig.design_figures import Trace, comparison_figure
-from tendonrod.rig.design_page import design_page
 
 pytest.importorskip("control")
 

@@ -204,8 +204,10 @@ class Aurora:
         code = self._process.wait()
         if self._is_closing:
             return f"{self._port}: the tracker is closed"
+        if code == -signal.SIGALRM and not self._is_ready.is_set():
+            return f"{self._port}: no tracker answers there"
         if code == -signal.SIGALRM:
-            return f"{self._port}: no answer from the tracker in time"
+            return f"{self._port}: no answer from the tracker for {self._limit:g} s"
         if code < 0:
             return f"{self._port}: ndicapi failed ({signal.Signals(-code).name}), as it does on noise without end"
         said = self._process.stderr.read().strip().rpartition("\n")[2]  # pyright: ignore[reportOptionalMemberAccess]

@@ -14,7 +14,8 @@ from .interfaces import DeviceError
 BAUDS = {9600: "0", 19200: "2", 38400: "3", 57600: "4", 115_200: "5", 230_400: "A"}  # of COMM, as far as ndicapi goes
 POWER_UP = 9600  # baud, and after a reset
 RESET_LIMIT = 12.0  # s that a tracker may take to reset
-MARGIN = 1.0  # s after its own limit in which ndicapi may still tell that time is over
+MARGIN = 1.0  # s in which ndicapi may still tell by itself that time is over, before tracking
+PATIENCE = 0.2  # s after which a lost answer on a serial line is asked for again, when tracking
 _CODE = re.compile(r"(?:POLARIS|Error) 0x([0-9a-fA-F]+): (.*)")
 _NO_ANSWER, _DAMAGED = 0x103, 0x100
 _MISHEARD = range(0x01, 0x06)  # refusals of a command that came damaged: unknown, too long or short, bad CRC, time-out
@@ -34,7 +35,7 @@ class Link:
     def __init__(self, port: str, limit: float, setup_limit: float) -> None:
         self.port, self.limit, self.setup_limit = port, limit, setup_limit
         self._ndi = _ndicapi()
-        self._now_limit, self._tries = setup_limit, 3
+        self._now_limit, self._tries = setup_limit + MARGIN, 3
         self._device: object = None
 
     def ask(self, command: str) -> str:
@@ -51,7 +52,7 @@ class Link:
         raise AssertionError
 
     def _ask(self, command: str) -> str:
-        with _Deadline(self._now_limit + MARGIN):
+        with _Deadline(self._now_limit):
             try:
                 answer = self._ndi.ndiCommand(self._device, command)
             except OSError as error:
@@ -136,7 +137,7 @@ class SerialLink(Link):
 
     def hurry(self) -> None:
         super().hurry()
-        self._wait_at_most(0.2)  # so that a lost answer is asked for again
+        self._wait_at_most(min(PATIENCE, 0.5 * self.limit))
 
     def leave(self) -> None:
         super().leave()

@@ -6,8 +6,8 @@ None of that may happen where motors are controlled. Here, whatever takes longer
 SIGALRM, and `Aurora` says so.
 
 One JSON object a line goes to standard output: {"ready": ...}, then {"reply": text of TX, "from": s, "to": s}
-(monotonic time; see `aurora_time`) for each new frame, {"damaged": count} for replies that had to be asked again, and
-in the end {"error": text}. It ends when its standard input is closed, so also when the bench's process is no more.
+(monotonic time; see `aurora_time`) for each new frame, {"damaged": true} for each reply that has to be asked for again,
+and in the end {"error": text}. It ends when its standard input is closed, so also when the bench's process is no more.
 """
 
 from __future__ import annotations
@@ -26,7 +26,6 @@ from .aurora_tools import assigned, rom_pages
 from .interfaces import DeviceError
 
 POLL = 0.003, 0.005  # s between two questions for the newest frame; by chance, so as not to beat with the frames
-DAMAGED_IN_A_ROW = 10  # replies that may be damaged or missing before that is an error
 TO_FREE, TO_INITIALISE, TO_ENABLE = 1, 2, 3  # what PHSR lists
 ROUNDS = 2
 
@@ -36,16 +35,15 @@ def main(arguments: list[str]) -> int:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C stops the bench first; the bench then ends this process
     wanted = json.loads(arguments[0])
     try:
-        _serve(wanted)
+        return _serve(wanted)
     except DeviceError as error:
         _tell(error=str(error))
-        return 1
     except BrokenPipeError:  # the bench is gone
-        return 1
-    return 0
+        pass
+    return 1
 
 
-def _serve(wanted: dict) -> None:
+def _serve(wanted: dict) -> int:
     link = open_link(wanted["port"], limit=wanted["limit"], setup_limit=wanted["setup_limit"])
     try:
         firmware = link.greet(wanted["baud"])
@@ -54,6 +52,10 @@ def _serve(wanted: dict) -> None:
         _tell(ready={"firmware": firmware, "tools": {name: [t.handle, t.place] for name, t in tools.items()}})
         link.hurry()
         _watch(link, {tool.handle: name for name, tool in tools.items()})
+        return 0
+    except DeviceError as error:
+        _tell(error=str(error))  # at once: taking leave of a tracker that is gone takes time
+        return 1
     finally:
         with suppress(DeviceError):
             link.leave()
@@ -103,7 +105,7 @@ def _watch(link: Link, names: dict[int, str]) -> None:
     The first answer only tells what is old: nobody knows since when it has been there.
     """
     newest: dict[int, int] | None = None
-    before, damaged = monotonic(), 0
+    before = good = monotonic()
     while not select.select([sys.stdin], [], [], 0.0)[0]:
         asked = monotonic()
         try:
@@ -111,15 +113,19 @@ def _watch(link: Link, names: dict[int, str]) -> None:
             answered = monotonic()
             frames = {tool.handle: tool.frame for tool in _all_there(link.port, text, names)}
         except (NoAnswer, DamagedReply) as error:
-            damaged += 1
-            _tell(damaged=damaged)
-            if damaged >= DAMAGED_IN_A_ROW:
-                raise DeviceError(f"{link.port}: {damaged} replies in a row are damaged or missing: {error}") from None
+            _tell(damaged=True)
+            if monotonic() - good > link.limit:
+                what = "damaged answers only" if _is_damaged(error) else "no answer"
+                raise DeviceError(f"{link.port}: {what} from the tracker for {link.limit:g} s") from None
             continue
         if newest not in (None, frames):
             _tell(reply=text, **{"from": before, "to": answered})
-        newest, before, damaged = frames, asked, 0
+        newest, before, good = frames, asked, answered
         sleep(max(0.0, asked + uniform(*POLL) - monotonic()))
+
+
+def _is_damaged(error: NoAnswer | DamagedReply) -> bool:
+    return not isinstance(error, NoAnswer) or error.is_damaged
 
 
 def _all_there(port: str, text: str, names: dict[int, str]):

@@ -13,8 +13,7 @@ from .interfaces import DeviceError
 ROM_LARGEST = 1024  # bytes, as ndicapi takes them
 PAGE = 64  # bytes of one PVWR
 
-_PLACE = re.compile(r"port \d+(\.\d+)?")
-_HANDLE = re.compile(r"[0-9A-F]{2}")
+_EXACT = re.compile(r"[0-9A-F]{2}|port \d+(\.\d+)?")
 
 
 def checked_tools(tools: Mapping[str, str | Path | None] | None) -> dict[str, str | None] | None:
@@ -37,26 +36,24 @@ def assigned(port: str, found: Sequence[Plugged], wanted: Mapping[str, object] |
     never taken for another because one was unplugged.
     """
     there = {each.handle: each for each in sorted(found, key=lambda each: (each.port, each.channel))}
-    listed = ", ".join(f"{each.handle:02X} ({each.place})" for each in there.values()) or "none"
+    listed = ", ".join(f"{each.handle:02X} ({each.place})" for each in there.values())
     if not there:
         raise DeviceError(f"{port}: no tool is plugged into the tracker")
     if wanted is None:
         return {each.place: each for each in there.values()}
-    chosen = {
-        name: _exact(name, there.values()) for name in wanted if _HANDLE.fullmatch(name) or _PLACE.fullmatch(name)
-    }
-    for name, tool in chosen.items():
-        if tool is None:
+    by_key = {key: each for each in found for key in (f"{each.handle:02X}", each.place)}
+    chosen: dict[str, Plugged] = {}
+    for name in filter(_EXACT.fullmatch, wanted):
+        if name not in by_key:
             raise DeviceError(f"{port}: no tool at {name}; plugged in: {listed}")
-    taken = {tool.handle for tool in chosen.values() if tool is not None}
-    rest = [tool for handle, tool in there.items() if handle not in taken]
+        chosen[name] = by_key[name]
+    rest = [each for each in there.values() if each not in chosen.values()]
     names = [name for name in wanted if name not in chosen]
     if names and len(names) != len(rest):
-        raise DeviceError(
-            f"{port}: {len(there)} tools are plugged in, {listed}: must be {len(wanted)}, {', '.join(wanted)}"
-        )
-    by_order = dict(zip(names, rest, strict=False))
-    return {name: by_order.get(name) or chosen[name] for name in wanted}  # pyright: ignore[reportReturnType]
+        wants = f"must be {len(wanted)}, {', '.join(wanted)}"
+        raise DeviceError(f"{port}: {len(there)} tools are plugged in, {listed}: {wants}")
+    chosen |= dict(zip(names, rest, strict=False))
+    return {name: chosen[name] for name in wanted}
 
 
 def rom_pages(path: str | None) -> Iterator[str]:
@@ -64,10 +61,6 @@ def rom_pages(path: str | None) -> Iterator[str]:
     if path is not None:
         data = Path(path).read_bytes().ljust(ROM_LARGEST, b"\0")
         yield from (f"{at:04X}{data[at : at + PAGE].hex().upper()}" for at in range(0, ROM_LARGEST, PAGE))
-
-
-def _exact(name: str, there) -> Plugged | None:
-    return next((each for each in there if name in (f"{each.handle:02X}", each.place)), None)
 
 
 def _rom(field: str, rom: str | Path | None) -> None:

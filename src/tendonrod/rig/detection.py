@@ -7,6 +7,7 @@ fault            rule                                                found withi
 ===============  ==================================================  ======================  ========
 TENSION          reading > tension                                   1 period                release
 TENSION_RATE     change over rate_window > tension_rate              rate_window + 1 period  release
+TENSION_LOST     < slack after a pull of lost_pull [3]_              1 period                hold
 STRAIN           strain(z / length, reading) > strain                1 period                release
 SATURATION       flag of the cell, or 98 % of full_scale             1 period                release
 TRAVEL           beyond travel by more than overrun                  1 period                hold
@@ -28,6 +29,8 @@ EMERGENCY        asked for by a person, key or signal                1 period   
    and 0.034 rad/s; what is slower may be forgotten as fast as it grows. An axis that calls itself stalled is found
    within one period.
 .. [2] Ctrl-C and signals that end the process release instead: they leave a slack robot.
+.. [3] While a tension above twice slack is aimed at: by how much translation less screw has grown since the reading was
+   last above twice slack. A tendon broken at a small tension shows so, and a cell that reads zero.
 
 `Watch` looks at one sample per period. What it needs of the past is small and of fixed size, so that a check costs
 microseconds. No comparison lets a NaN pass: each asks whether a value is within its limit, not whether it is beyond.
@@ -75,6 +78,9 @@ DETECTION: dict[FaultKind, Detection] = {
     FaultKind.TENSION: Detection(rule="reading > tension", reaction=RELEASE),
     FaultKind.TENSION_RATE: Detection(
         rule="|change over rate_window| / rate_window > tension_rate", after="rate_window", reaction=RELEASE
+    ),
+    FaultKind.TENSION_LOST: Detection(
+        rule="reading < slack though pulled by lost_pull since it was 2 slack, which is aimed at", reaction=HOLD
     ),
     FaultKind.TRAVEL: Detection(rule="position beyond travel by more than overrun", reaction=HOLD),
     FaultKind.SPEED: Detection(rule="|velocity| > speed_margin * speed", reaction=HOLD),
@@ -128,6 +134,7 @@ class Watch:
         self._axes = tuple(map(_AxisWatch, AXES, self.limits.axes, [self.limits] * 3, range(3)))
         self._readings: deque[tuple[float, float]] = deque(maxlen=1024)
         self._late = 0
+        self._taut_at = nan  # m, pulled length when the tendon was last seen taut
         self._running_since = nan
         self._seen = dict.fromkeys(self.tools, -inf)
 
@@ -145,6 +152,7 @@ class Watch:
         )  # fmt: skip
         yield from self._of_time(dt, since_command, running)
         yield from self._of_force(sample.force, sample.time, sample.translation.position)
+        yield from self._of_pull(sample, running and sent.target > 2.0 * self.limits.slack)
         for axis, state, velocity in zip(self._axes, states, velocities, strict=True):
             yield from axis.found(state, velocity, sample.time)
         yield from self._of_tracker(sample, running)
@@ -188,6 +196,16 @@ class Watch:
             kept.popleft()
         span = time - kept[0][0]
         return (tension - kept[0][1]) / span if span >= window else 0.0
+
+    def _of_pull(self, sample: Sample, aimed: bool) -> Iterator[Finding]:
+        """aimed: whether a tension is aimed at that must show."""
+        pulled, tension = sample.translation.position - sample.screw.position, sample.force.tension
+        if not aimed:
+            self._taut_at = nan
+        elif tension > 2.0 * self.limits.slack:
+            self._taut_at = pulled
+        elif tension < self.limits.slack and (lost := pulled - self._taut_at) > self.limits.lost_pull:
+            yield Finding(FaultKind.TENSION_LOST, lost, self.limits.lost_pull, "tendon or load cell")
 
     def _of_tracker(self, sample: Sample, running: bool) -> Iterator[Finding]:
         for frame in sample.frames:

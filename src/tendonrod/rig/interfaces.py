@@ -1,7 +1,7 @@
 """What a bench is made of: axes, load cell, tracker and clock, the same for virtual and real devices. It knows no rods.
 
-SI units. Signs: the lead screw's position x_t > 0 pays tendon out; translation z = insertion * L > 0 pushes the robot out
-of the outer tube; rotation (rad) turns it about the tube's axis. Times are those of the bench's clock, s.
+SI units. Signs: the lead screw's position x_t > 0 pays tendon out; translation z = insertion * L > 0 pushes the robot
+out of the outer tube; rotation (rad) turns it about the tube's axis. Times are those of the bench's clock, s.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ class Force:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class PoseFrame:
-    """One tool in one frame of the tracker: position (m) and quaternion (w, x, y, z) in the tracker's frame, NaN if lost.
+    """One tool in one frame of the tracker: position (m), quaternion (w, x, y, z) in the tracker's frame; NaN if lost.
 
     time: when it was measured, by the bench's clock as well as is known. frame: the tracker's own number. quality: its
     error indicator, m. state: what it says of the frame, "" for nothing amiss.
@@ -148,7 +148,7 @@ class Bench:
         return self.screw, self.translation, self.rotation
 
     def close(self) -> None:
-        """Stop everything and let the devices go; all of them, even where one fails, whose error is raised in the end."""
+        """Stop everything and let the devices go: all, even where one fails, whose error is raised in the end."""
         first: Exception | None = None
         steps = [axis.stop for axis in self.axes]
         devices = (*self.axes, self.load_cell, self.tracker)

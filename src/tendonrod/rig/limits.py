@@ -12,7 +12,7 @@ from .interfaces import AxisLimits
 LATENCY = 2  # control periods from a command to its effect, with which delays and stopping distances are reckoned
 AXES = ("screw", "translation", "rotation")
 NUMBERS = (
-    "tension", "slack", "tension_rate", "rate_window", "strain", "length", "full_scale", "sensor_age", "tracker_time",
+    "tension", "slack", "tension_rate", "rate_window", "lost_pull", "strain", "length", "full_scale", "sensor_age", "tracker_time",
     "stall_time", "command_timeout", "period", "release_rate", "release_travel",
 )  # fmt: skip
 
@@ -29,6 +29,8 @@ class Limits:
     - tension_rate: 15 N/s over rate_window, 20 ms. Even screw and translation at full speed against each other (8 mm/s)
       on the bare tendon (0.51 mm/N, 0.3 m of 0.1 mm nitinol) make about this: beyond it something broke, slipped or
       jumped. The noise of the cell makes 0.8 N/s. A tendon that breaks shows if it held more than 0.3 N.
+    - lost_pull: 0.3 mm by which a tendon that was taut may be pulled further without a tension that shows, before it
+      counts as broken or the cell as dead: three times the play of a printed roller gear, in which nothing is pulled.
     - strain: 0.67 %, where nitinol leaves linear elasticity (500 MPa / 75 GPa). length: m, exposed at insertion 1, by
       which the strain's insertion is counted.
     - full_scale: 22.24 N, the 5 lbf of the paper's MDB-5; a reading from 98 % of it counts as saturated.
@@ -58,6 +60,7 @@ class Limits:
     slack: float = 0.05
     tension_rate: float = 15.0
     rate_window: float = 0.02
+    lost_pull: float = 0.3e-3
     strain: float = 6.67e-3
     length: float = 75.4e-3
     full_scale: float = 22.24

@@ -55,13 +55,20 @@ class Outcome:
         return f"{self.task}: ended after {self.duration:.3g} s by {self.fault or 'whoever watched'}"
 
 
-def prepare(bench: GuardedBench) -> None:
-    """From wherever a bench stands without fault to armed: home its axes if need be. Raises as the steps do."""
-    if bench.interlock.state is State.IDLE:
-        bench.home()
-    if bench.interlock.state is State.HOMED:
+def prepare(bench: GuardedBench, home: bool = True) -> Fault | None:
+    """From wherever a bench stands without fault to armed; returns the fault, if one came meanwhile.
+
+    home: whether axes that stand idle look for their references first; else they must know them, as the board does
+    between two trials. Raises as the steps do.
+    """
+    interlock = bench.interlock
+    if interlock.state is State.IDLE:
+        bench.home() if home else interlock.home()
+    if interlock.state is State.HOMED:
         bench.sense()
-        bench.interlock.arm()
+    if interlock.state is State.HOMED:
+        interlock.arm()
+    return interlock.fault
 
 
 def drive(

@@ -30,6 +30,7 @@ class FaultKind(StrEnum):
 
     TENSION = "tension above its limit"
     TENSION_RATE = "tension changes too fast"
+    TENSION_LOST = "tension stays away though the tendon is pulled"
     TRAVEL = "axis beyond its travel"
     SPEED = "axis faster than allowed"
     STRAIN = "strain of the robot above its limit"

@@ -1,8 +1,9 @@
-"""Trials on a bench, recorded: `perform` any task, `follow_leader` as in the paper, and how well the tip followed."""
+"""Trials on a bench, recorded: `perform` or `run` any task, `follow_leader` as in the paper, and how the tip followed."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import AbstractContextManager, ExitStack, nullcontext
 from dataclasses import asdict, dataclass
 from os import PathLike
 from pathlib import Path
@@ -13,28 +14,30 @@ import numpy as np
 from ..curve import Curve
 from ..errors import positive
 from ..robot import Robot
-from .control import TensionController
+from .benches import BenchSource, as_source, loads_of
+from .control import KI, KP
 from .drives import Machine
 from .ending import safely
 from .export import header_of, to_trial
 from .guarded import GuardedBench
 from .interfaces import Bench, Task
 from .limits import Limits
-from .loop import Outcome, Watch, drive, prepare
-from .model_limits import bench_limits, strain_limit
+from .loop import Moment, Outcome, Watch, drive, prepare
+from .model_limits import StrainTable, bench_limits, strain_limit
 from .profiles import Profile
 from .record import Record, read_record
 from .recorder import Recorder
+from .safety import Interlock
 from .tasks import FollowLeader
 
 if TYPE_CHECKING:
     from ..measurement.trial import Trial
-    from .virtual.bench import VirtualBench
     from .virtual.setup import VirtualSetup
 
 RATE = 200.0  # Hz
 SCREW_RATE = 0.45e-3  # m/s: near the fastest of the screw, which sets the pace
 Making = Callable[[Machine], Task]
+Around = Callable[[Interlock], AbstractContextManager]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -89,56 +92,120 @@ class Followed(Performed):
 
 def perform(
     bench: Bench, robot: Robot, make: Making, path: str | PathLike[str], *, limits: Limits | None = None,
-    gravity=(0.0, 0.0, 0.0), rate: float = RATE, watch: Watch | None = None, strain=None, **known: Any,
+    gravity=(0.0, 0.0, 0.0), rate: float = RATE, watch: Watch | None = None, strain: StrainTable | None = None,
+    home: bool = True, around: Around = nullcontext, **known: Any,
 ) -> Performed:  # fmt: skip
     """Home, arm, and run the task that ``make`` gives for the machine; whatever happens, leave the robot slack.
 
     path: of the record, .rec. known: kept in the record's header; trackers, T_world_field and the like for its trial.
-    limits: `model_limits.bench_limits` if None. Raises what the steps raise before the motion; a fault is no exception,
-    it is the `Outcome`'s.
+    limits: `model_limits.bench_limits` if None. home: False for axes that still know their references. around: a
+    context that is entered with the interlock before anything moves, such as `KeyboardStop`.
+    Raises what the steps raise before the motion, and closes the bench then too; a fault is no exception, it is the
+    `Outcome`'s.
     """
-    rate = positive("rate", rate)
-    if limits is None:
-        table = strain_limit(robot, gravity)
-        limits, strain = bench_limits(robot, table, period=1.0 / rate), table
-    guarded = GuardedBench(bench, limits, strain)
-    narrowed = guarded.interlock.limits
-    axes = {"screw": narrowed.screw, "translation": narrowed.translation, "rotation": narrowed.rotation}
-    task = make(Machine(length=robot.section.L, turns=robot.turns, **axes))
-    header = header_of(robot, **{"gravity": list(gravity), "task": task.name, "rate": rate} | known)
-    header |= {"bench": bench.name, "limits": asdict(narrowed), "full_scale": bench.load_cell.full_scale}
-    recorder = Recorder(path, header)
-    with safely(guarded, recorder):
-        prepare(guarded)
-        outcome = drive(guarded, task, recorder, rate=rate, watch=watch)
+    with ExitStack() as unused:
+        unused.callback(bench.close)
+        rate = positive("rate", rate)
+        if limits is None:
+            strain = strain_limit(robot, gravity)
+            limits = bench_limits(robot, strain, period=1.0 / rate)
+        guarded = GuardedBench(bench, limits, strain)
+        narrowed = guarded.interlock.limits
+        axes = {"screw": narrowed.screw, "translation": narrowed.translation, "rotation": narrowed.rotation}
+        task = make(Machine(length=robot.section.L, turns=robot.turns, **axes))
+        told = {"gravity": list(gravity), "task": task.name, "rate": rate, "torsion": robot.torsion}
+        header = header_of(robot, **told | known)
+        header |= {"bench": bench.name, "limits": asdict(narrowed), "full_scale": bench.load_cell.full_scale}
+        recorder = Recorder(path, header)
+        unused.pop_all()
+    with around(guarded.interlock), safely(guarded, recorder):
+        outcome = _driven(guarded, task, recorder, rate, watch, home)
         recorder.log(bench.clock.now(), str(outcome), "info" if outcome.is_done else "error")
     return Performed(robot=robot, outcome=outcome, path=Path(path), record=read_record(path))
 
 
-def follow_leader(
-    setup: VirtualSetup, profile: Profile, target: float, path: str | PathLike[str], *, seed: int = 0,
-    screw_rate: float = SCREW_RATE, feed_forward: bool = False, rate: float = RATE, real_time: bool = False,
-    watch: Watch | None = None,
-) -> Followed:  # fmt: skip
-    """One follow-the-leader trial on a virtual bench, as the paper's III-C; the same seed gives the same trial.
+def _driven(
+    bench: GuardedBench, task: Task, recorder: Recorder, rate: float, watch: Watch | None, home: bool
+) -> Outcome:
+    """Prepared and driven; a fault on the way to armed is an outcome too."""
+    began = bench.clock.now()
+    fault = prepare(bench, home)
+    if fault is None:
+        return drive(bench, task, recorder, rate=rate, watch=_noting(recorder, watch))
+    duration = bench.clock.now() - began
+    return Outcome(task=task.name, is_done=False, fault=fault, duration=duration, periods=0, longest=0.0)
 
-    target: N, of the reference: the whole robot's shape at that tension. Raises as `perform`.
+
+def _noting(recorder: Recorder, watch: Watch | None) -> Watch:
+    """``watch``, and every phase of the task as a message of the record."""
+    before = ""
+
+    def noted(moment: Moment) -> None:
+        nonlocal before
+        phase = str(getattr(moment.task, "phase", ""))
+        if phase != before:
+            recorder.log(moment.sample.time, phase)
+            before = phase
+        if watch is not None:
+            watch(moment)
+
+    return noted
+
+
+def run(
+    source: BenchSource | VirtualSetup, make: Making, path: str | PathLike[str], *, seed: int = 0, rate: float = RATE,
+    highest: float | None = None, watch: Watch | None = None, home: bool = True, around: Around = nullcontext,
+    **known: Any,
+) -> Performed:  # fmt: skip
+    """Open a bench, `perform` the task on it, close it. The same virtual source and seed give the same samples.
+
+    highest: N, the largest tension that the task will ask for, refused above the soft limit before anything is opened.
+    limits come from the model, with what hangs on the robot, and from the source. Raises as `perform`, `InvalidInput`.
     """
-    from .virtual.bench import virtual_bench
+    source = as_source(source)
+    limits, strain = limits_of(source, rate, highest)
+    bench = source.open(seed)
+    given = {"limits": limits, "strain": strain, "gravity": source.gravity, "rate": rate, "home": home}
+    told = source.known() | {"trackers": source.trackers, "seed": seed} | known
+    return perform(bench, source.robot, make, path, watch=watch, around=around, **given, **told)
 
-    bench: VirtualBench = virtual_bench(setup, seed, real_time)
-    robot = setup.robot
+
+def limits_of(source: BenchSource, rate: float = RATE, highest: float | None = None) -> tuple[Limits, StrainTable]:
+    """The limits of a bench with its robot, and the table of strain behind them. Raises `InvalidInput`."""
+    table = strain_limit(source.robot, source.gravity, loads_of(source))
+    period = 1.0 / positive("rate", rate)
+    return bench_limits(source.robot, table, highest, **{"period": period} | dict(source.limits)), table
+
+
+def follow_leader(
+    bench: BenchSource | VirtualSetup, profile: Profile, target: float, path: str | PathLike[str], *, seed: int = 0,
+    screw_rate: float = SCREW_RATE, feed_forward: bool = False, kp: float = KP, ki: float = KI, end: float = 1.0,
+    rate: float = RATE, real_time: bool = False, watch: Watch | None = None, home: bool = True,
+    around: Around = nullcontext,
+) -> Followed:  # fmt: skip
+    """One follow-the-leader trial as the paper's III-C, on a virtual bench or on devices, to the insertion ``end``.
+
+    target: N, of the reference: the whole robot's shape at that tension. kp (m/s)/N, ki (m/s2)/N. Raises as `run`.
+    """
+    source = as_source(bench, real_time)
+    robot, gravity = source.robot, source.gravity
 
     def make(machine: Machine) -> Task:
-        controller: TensionController = machine.controller(feed_forward=feed_forward)
-        return FollowLeader(profile, machine, screw_rate=screw_rate, controller=controller)
+        controller = machine.controller(kp=kp, ki=ki, feed_forward=feed_forward)
+        return FollowLeader(profile, machine, screw_rate=screw_rate, controller=controller, end=end)
 
-    known = _known_of(setup) | {"seed": seed, "profile": profile.name, "target": target, "feed_forward": feed_forward}
-    done = perform(bench, robot, make, path, gravity=setup.gravity, rate=rate, watch=watch, **known)
-    fields = {"robot": robot, "outcome": done.outcome, "path": done.path, "record": done.record}
-    return Followed(
-        **fields, target=target, gravity=setup.gravity, profile=profile, reference=reference_of(robot, target, setup.gravity)
-    )
+    known = {"profile": profile.name, "target": target, "feed_forward": feed_forward, "kp": kp, "ki": ki}
+    known |= {"screw_rate": screw_rate, "end": end}
+    options: dict[str, Any] = {"seed": seed, "rate": rate, "watch": watch, "home": home, "around": around}
+    done = run(source, make, path, highest=highest_of(profile), **options, **known)
+    fields: dict[str, Any] = {name: getattr(done, name) for name in ("robot", "outcome", "path", "record")}
+    reference = reference_of(robot, target, gravity)
+    return Followed(**fields, target=target, gravity=gravity, profile=profile, reference=reference)
+
+
+def highest_of(profile: Profile) -> float:
+    """The largest tension of a profile, N."""
+    return max(profile.tension.value(eta) for eta in np.linspace(0.0, 1.0, 201).tolist())
 
 
 def reference_of(robot: Robot, target: float, gravity) -> Curve:
@@ -149,16 +216,3 @@ def reference_of(robot: Robot, target: float, gravity) -> Curve:
     arm = np.array([robot.section.r_na, 0.0, 0.0])
     slopes = np.einsum("nij,nj->ni", shape.rotation, shape.v + np.cross(shape.u, arm))
     return Curve(s=shape.s, points=shape.centerline, slopes=slopes)
-
-
-def _known_of(setup: VirtualSetup) -> dict[str, Any]:
-    """What a record needs of a virtual bench to become a trial."""
-    from ..measurement.trial import Tracker
-
-    told: dict[str, Any] = {"notes": "Virtual bench, not a measurement.", "torsion": setup.robot.torsion}
-    sensor = setup.tracker
-    if sensor is not None:
-        told["trackers"] = (Tracker(name=sensor.name, offset=sensor.offset, turn=sensor.turn, mass=sensor.mass),)
-        field = np.eye(4) if sensor.T_world_field is None else np.array(sensor.T_world_field)
-        told["T_world_field"] = field.tolist()
-    return told

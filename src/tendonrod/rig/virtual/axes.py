@@ -21,24 +21,30 @@ HOMING_SPEED = 0.5  # of the largest speed
 
 
 class Drive:
-    """Motor, play and load of one axis; motor and load are true positions (m or rad), velocity is the motor's."""
+    """Motor, play and load of one axis; motor and load are true positions (m or rad), velocity is the motor's.
+
+    A hard stop takes the power from the motor's bridge, and the next velocity that is not 0 gives it back: an axis that
+    runs away stands while its bridge is off, whatever went wrong in its speed loop.
+    """
 
     def __init__(self, model: AxisModel, timeout: float) -> None:
         self.model, self.timeout = model, timeout
         self.motor = self.load = model.start
         self.velocity, self.told, self.told_at = 0.0, 0.0, 0.0
         self.hard = False  # braking instead of slowing down
+        self.powered = True  # the bridge: without it nothing drives the motor
 
     def command(self, velocity: float, time: float, hard: bool = False) -> None:
         """What the motor aims at from ``time`` (s) on, until told otherwise or ``timeout`` has passed."""
         self.told = max(-self.model.speed, min(self.model.speed, velocity))
         self.told_at, self.hard = time, hard
+        self.powered = not hard and (self.powered or velocity != 0.0)
 
     def advance(self, time: float, dt: float, stalled: bool, runaway: float | None, pressed: bool) -> None:
         """From ``time`` on by ``dt`` (s). pressed: whether the tendon is taut enough to hold the load on its flank."""
         if stalled:
             self.velocity = 0.0
-        elif runaway is not None:
+        elif runaway is not None and self.powered:
             self._move(dt, runaway, self.model.acceleration)
         else:
             heard = min(dt, max(0.0, self.told_at + self.timeout - time))

@@ -20,9 +20,10 @@ class InjectionKind(StrEnum):
     CELL_STALE = "load cell repeats its last reading"
     CELL_SATURATED = "load cell at its full scale"
     CELL_JUMP = "load cell jumps"  # by value, N
+    CELL_DEAD = "load cell reads zero"  # whatever pulls at it, as with a broken wire
     ENCODER_JUMP = "encoder jumps"  # where: an axis; by value, m or rad
     STALL = "axis stalls"  # where: an axis
-    RUNAWAY = "axis runs away"  # where: an axis; at value, m/s or rad/s, whatever it is told
+    RUNAWAY = "axis runs away"  # where: an axis; at value, m/s or rad/s, whatever it is told but a hard stop
     TRACKER_LOST = "tracker lost"
     DEVICE_ERROR = "device does not answer"  # where: a device; an axis that hears nothing stops by its time-out
     CLOCK_LATE = "control periods late"  # by value, s, at every wait

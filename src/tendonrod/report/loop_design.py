@@ -5,17 +5,17 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping, Sequence
 from functools import partial
-from importlib.resources import files
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from ..errors import InvalidInput, positive
-from ..report.chapter import Number, Picture, Table
-from . import design
-from .design import Loop, at_insertions, margins, suggested, with_gains
-from .design_figures import Trace, comparison_figure, loop_diagram, margins_figure, step_figure
+from ..errors import positive
+from ..rig import design
+from ..rig.design import Loop, at_insertions, margins, suggested, with_gains
+from .chapter import Number, Picture, Table
+from .page import write_page
 
 if TYPE_CHECKING:
+    from ..plot.loop_design import Trace
     from ..robot import Robot
 
 INSERTIONS = (0.05, 0.25, 0.5, 0.75, 1.0)
@@ -57,24 +57,23 @@ def design_page(
     tables = [
         _table(name, loops, insertions) for name, loops in (("margins-paper", paper), ("margins-suggested", chosen))
     ]
+    facts = _facts(robot, tension, paper, chosen, screw_rate)
+    pictures = _pictures(paper, chosen, insertions, screw_rate, traces or {})
+    return write_page(out, "loop_design.html.j2", f"The tension loop of {robot.name}", tables, pictures, facts)
+
+
+def _pictures(
+    paper: Sequence[Loop], chosen: Sequence[Loop], insertions: Sequence[float], screw_rate: float,
+    traces: Mapping[str, Trace],
+) -> list[Picture]:  # fmt: skip
+    from ..plot.loop_design import comparison_figure, loop_diagram, margins_figure, step_figure
+
     pictures = [
         Picture(name="loop", draw=loop_diagram),
         Picture(name="margins", draw=partial(margins_figure, paper, chosen, insertions)),
         Picture(name="steps", draw=partial(step_figure, paper, chosen, insertions, screw_rate)),
     ]
-    if traces:
-        pictures.append(Picture(name="comparison", draw=partial(comparison_figure, traces)))
-    folder = Path(out)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        for table in tables:
-            table.write(folder / f"{table.name}.csv")
-        images = {picture.name: picture.write(folder) for picture in pictures}
-        page = folder / "index.html"
-        page.write_text(_render(robot, tension, paper, chosen, tables, images, screw_rate), encoding="utf-8")
-    except OSError as error:
-        raise InvalidInput("out", str(out), f"a directory that can be written ({error.strerror or error})") from None
-    return page
+    return [*pictures, Picture(name="comparison", draw=partial(comparison_figure, traces))] if traces else pictures
 
 
 def _table(name: str, loops: Sequence[Loop], insertions: Sequence[float]) -> Table:
@@ -88,32 +87,25 @@ def _table(name: str, loops: Sequence[Loop], insertions: Sequence[float]) -> Tab
     return Table(name=name, header=HEADER, rows=rows)
 
 
-def _render(robot, tension, paper, chosen, tables, images, screw_rate: float) -> str:
-    from jinja2 import Environment, StrictUndefined
-    from markupsafe import Markup
-
-    environment = Environment(undefined=StrictUndefined, autoescape=True, trim_blocks=True, lstrip_blocks=True)
-    environment.filters["html"] = Markup
-    source = (files("tendonrod.rig") / "design.html.j2").read_text(encoding="utf-8")
-    style = (files("tendonrod.report") / "templates" / "style.css").read_text(encoding="utf-8")
-    worst, full, wide = margins(paper[0]), margins(paper[-1]), 1e6 * screw_rate
-    return environment.from_string(source).render(
-        style=Markup(style),
-        robot=robot,
-        tension=Number(tension, 2),
-        tables={table.name: table for table in tables},
-        images=images,
-        kp=Number(1e3 * chosen[0].kp, 1),
-        ki=Number(1e3 * chosen[0].ki, 1),
-        lag=Number(1e3 * paper[0].lag, 1),
-        delay=Number(1e3 * paper[0].delay, 1),
-        filter=Number(1e3 * paper[0].filter, 1),
-        worst=Number(worst.phase, 0),
-        full=Number(full.phase, 0),
-        worst_gain=Number(worst.gain, 1),
-        phase=Number(design.PHASE_MARGIN, 0),
-        damping=Number(design.DAMPING, 1),
-        rate=Number(1e3 * screw_rate, 2),
-        steady=Number(wide / paper[0].kp / 1e3, 0),
-        steady_suggested=Number(wide / chosen[0].kp / 1e3, 0),
-    )
+def _facts(
+    robot: Robot, tension: float, paper: Sequence[Loop], chosen: Sequence[Loop], screw_rate: float
+) -> dict[str, Any]:
+    """What the page's sentences say."""
+    worst, full, wide = margins(paper[0]), margins(paper[-1]), 1e3 * screw_rate
+    return {
+        "torsion": robot.torsion,
+        "tension": Number(tension, 2),
+        "kp": Number(1e3 * chosen[0].kp, 1),
+        "ki": Number(1e3 * chosen[0].ki, 1),
+        "lag": Number(1e3 * paper[0].lag, 1),
+        "delay": Number(1e3 * paper[0].delay, 1),
+        "filter": Number(1e3 * paper[0].filter, 1),
+        "worst": Number(worst.phase, 0),
+        "full": Number(full.phase, 0),
+        "worst_gain": Number(worst.gain, 1),
+        "phase": Number(design.PHASE_MARGIN, 0),
+        "damping": Number(design.DAMPING, 1),
+        "rate": Number(1e3 * screw_rate, 2),
+        "steady": Number(wide / paper[0].kp, 0),
+        "steady_suggested": Number(wide / chosen[0].kp, 0),
+    }
