@@ -43,6 +43,7 @@ FRONT_DOORS = {"__init__", "__main__"}
 # Libraries that cost start-up time are imported where they are used, inside functions; the exceptions by module.
 HEAVY = {
     *("numba", "scipy", "pandas", "xarray", "pydantic"),
+    *("serial", "ndicapy", "pyigtl", "control", "h5py", "h5netcdf"),
     *("matplotlib", "typer", "rich", "jinja2", "trimesh", "manifold3d", "ezdxf"),
 }
 EXCEPTIONS = {
