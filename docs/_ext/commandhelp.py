@@ -1,4 +1,7 @@
-"""Sphinx extension: ``.. command-help:: shape`` is what ``tendonrod shape --help`` prints, asked at build time."""
+"""Sphinx extension: ``.. command-help:: shape`` is what ``tendonrod shape --help`` prints, asked at build time.
+
+Of a command below another one both are given: ``.. command-help:: rig ftl``.
+"""
 
 import os
 import subprocess
@@ -10,7 +13,7 @@ from sphinx.application import Sphinx
 
 
 class CommandHelp(Directive):
-    optional_arguments = 1
+    optional_arguments = 2
 
     def run(self) -> list[nodes.Node]:
         command = [sys.executable, "-m", "tendonrod", *self.arguments, "--help"]

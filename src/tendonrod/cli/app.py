@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping, Sequence
 from typing import Annotated
 
 import typer
@@ -14,6 +15,9 @@ from .identify import identify
 from .motion import motion
 from .output import say
 from .reproduce import reproduce
+from .rig import ftl as rig_ftl
+from .rig_records import design, export, replay
+from .rig_tasks import hold, release, retract, run
 from .robots import robots
 from .shape import shape
 from .trial import trial
@@ -74,8 +78,58 @@ COMMANDS = {
     ),
     reproduce: ("tendonrod reproduce --output paper-report",),
 }
-for command, examples in COMMANDS.items():
-    app.command(cls=_Command, epilog="\b\nExamples:\n" + "\n".join(f"  {line}" for line in examples))(command)
+RIG_COMMANDS = {
+    rig_ftl: (
+        "tendonrod rig ftl exonav-1 --target 0.7 --gravity -9.81,0,0 --trials 3 --seed 1 --output bench",
+        "tendonrod rig ftl exonav-1 --target 0.7 --profile paper --tracker-mass-g 0.5 --output bench --json",
+        "tendonrod rig ftl exonav-1 --target 0.7 --bench my-bench.toml --output bench",
+    ),
+    run: ("tendonrod rig run motion.csv --gravity -9.81,0,0 --output bench",),
+    hold: (
+        "tendonrod rig hold --tension 0.5 --duration 10 --insertion 0.5 --output bench",
+        "tendonrod rig hold --tension 0.3 --duration 5 --bench my-bench.toml --output bench",
+    ),
+    retract: ("tendonrod rig retract --target 0.7 --bench my-bench.toml --output bench",),
+    release: ("tendonrod rig release --bench my-bench.toml --output bench",),
+    replay: ("tendonrod rig replay bench/trial-1.rec",),
+    export: (
+        "tendonrod rig export bench/trial-1.rec -o trial.nc",
+        "tendonrod rig export bench/trial-1.rec -o trial.csv",
+    ),
+    design: ("tendonrod rig design exonav-1 --gravity -9.81,0,0 --compare --output loop",),
+}
+rig = typer.Typer(
+    help="The bench, virtual or of devices: run, record, report.",
+    rich_markup_mode=None,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+
+def _add(to: typer.Typer, commands: Mapping[Callable[..., None], Sequence[str]]) -> None:
+    for command, examples in commands.items():
+        to.command(cls=_Command, epilog="\b\nExamples:\n" + "\n".join(f"  {line}" for line in examples))(command)
+
+
+_add(app, COMMANDS)
+_add(rig, RIG_COMMANDS)
+app.add_typer(rig, name="rig")
+
+
+@rig.callback(
+    invoke_without_command=True,
+    epilog="\b\nExamples:\n  tendonrod rig ftl exonav-1 --target 0.7 --gravity -9.81,0,0 --trials 3 --output bench\n"
+    "  tendonrod rig COMMAND --help",
+)
+def _rig(context: typer.Context) -> None:
+    """The bench, virtual or of devices: run, record, report.
+
+    The lead screw holds the tendon, the roller gear moves and turns the robot, a tracker sits at its tip; an interlock
+    stands between every controller and the axes. Every sample is recorded as it comes. Without --bench the bench is
+    virtual, faster than real time, and the same seed gives the same samples. Space or Esc: emergency stop. Ctrl-C:
+    release the tension and end. Exit status 0: done; 1: a fault ended it; 2: bad input; 130: ended by Ctrl-C.
+    """
+    if context.invoked_subcommand is None:
+        say(context.get_help())
 
 
 def _version(wanted: bool) -> None:

@@ -17,6 +17,7 @@ from .bench_lines import (
     REFERENCE,
     binned,
     colour,
+    furthest,
     head_room,
     is_running,
     legend_above,
@@ -32,7 +33,6 @@ from .style import (
     MM,
     PALE,
     QUIET,
-    VERMILION,
     draw,
     labelled,
     new_figure,
@@ -47,7 +47,7 @@ if TYPE_CHECKING:
 
 ABOVE = np.array([2.2, 0.0, 0.0])  # mm, from a tip to its text
 INSERTIONS = np.linspace(0.0, 1.0, 201)
-PAPERS: Any = {"color": QUIET, "lw": 1.0, "ls": (0, (1, 1.4))}
+PAPERS: Any = {"color": QUIET, "lw": 1.0, "ls": (0, (5, 1.5, 1, 1.5))}
 TARGET: Any = {"color": INK, "lw": 0.9, "ls": (0, (1, 2.5)), "zorder": 5, "label": "target, as recorded"}
 _ETA = "progress η"
 
@@ -63,7 +63,8 @@ def tension_figure(found: Sequence[Followed], names: Sequence[str]) -> Figure:
         for k, (way, name) in enumerate(zip(ways, names, strict=True)):
             spread(top, way.insertion, way.tension, k, name)
             spread(low, way.insertion, MM * way.error, k)
-        top.plot(*line(ways[0].insertion, ways[0].target), **TARGET)
+        longest = ways[furthest(ways)]
+        top.plot(*line(longest.insertion, longest.target), **TARGET)
         if found[0].profile.name != "paper":
             top.plot(INSERTIONS, np.polyval(PAPER, INSERTIONS), **PAPERS, label="the paper's polynomial")
         low.axhline(0.0, color=QUIET, lw=0.6)
@@ -121,22 +122,23 @@ def path_figure(found: Sequence[Followed], names: Sequence[str]) -> Figure:
 
 
 def bodies_figure(found: Sequence[Followed], names: Sequence[str]) -> Figure:
-    """Bodies on the way: the model at the readings of a few frames of the first trial, as the paper's Fig. 8(b).
+    """Bodies on the way: the model at the readings of a few frames of one trial, as the paper's Fig. 8(b).
 
-    Dots: where the tracker saw the tips of all trials then.
+    The trial is the first of those that came furthest. Rings: where the tracker saw the tips of all trials then.
     """
     from matplotlib import colormaps
 
-    ways, first = [inserted(each) for each in found], found[0]
-    reference, shapes = MM * first.reference.points, postures(first, ways[0])
+    ways = [inserted(each) for each in found]
+    which = furthest(ways)
+    reference, shapes = MM * found[which].reference.points, postures(found[which], ways[which])
     paths = [MM * fine(shape).centerline for _, shape in shapes]
     with styled():
         figure = new_figure(3.2)
-        axes = space(figure, (0.0, -0.02, 1.0, 0.94), [reference, *paths])
+        axes: Any = space(figure, (0.0, -0.02, 1.0, 0.94), [reference, *paths])
         draw(axes, reference, **REFERENCE, label="reference: the whole robot")
         for j in reversed(range(len(paths))):  # the longest first, below all others
             shade = colormaps["viridis_r"](shapes[j][0])
-            draw(axes, paths[j], **BODY, color=shade, label=None if j else f"model at the readings of {names[0]}")
+            draw(axes, paths[j], **BODY, color=shade, label=None if j else f"model at the readings of {names[which]}")
             axes.text(*(paths[j][-1] + ABOVE), f"η = {shapes[j][0]:.2f}", size=6.8, ha="center", clip_on=False)
         for k, (way, name) in enumerate(zip(ways, names, strict=True)):
             tips = MM * np.array([_tip_near(way, insertion) for insertion, _ in shapes]).reshape(-1, 3)
@@ -156,9 +158,10 @@ def control_figure(found: Sequence[Followed], names: Sequence[str]) -> Figure:
             time = each.record.time - each.record.time[0]
             for axes, values in zip(panels, shown, strict=True):
                 spread(axes, time, MM * values(each), k, name)
-            for fault in each.record.faults:
+            fault = each.outcome.fault
+            if fault is not None:
                 for axes in panels:
-                    axes.axvline(fault.time - each.record.time[0], color=VERMILION, lw=0.8, ls=(0, (3, 2)))
+                    axes.axvline(fault.time - each.record.time[0], color=colour(k), lw=0.8, ls=(0, (3, 2)))
         _fit_error(panels[0], [inserted(each) for each in found])
         _periods(low, found)
         texts = ("τ_FTL − τ (mN)", "screw (mm/s)", "translation (mm/s)")
@@ -198,7 +201,8 @@ def _distances(axes: Axes, first: Followed, ways: Sequence[Inserted], marks: Seq
 
 
 def _tip_near(way: Inserted, insertion: float) -> np.ndarray:
-    if not len(way.tip):
+    """The tip in the frame nearest to ``insertion``, NaN where the trial did not come so far."""
+    if not len(way.tip) or insertion > way.tip_insertion.max() + 0.01:
         return np.full(3, np.nan)
     return way.tip[np.argmin(np.abs(way.tip_insertion - insertion))]
 

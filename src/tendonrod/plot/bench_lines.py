@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -20,7 +21,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-BINS, PLANNED_AT, BODIES, COLUMNS = 240, 60, 6, 6
+BINS, READINGS = 240, 20  # of a line at most, in each of them at least
+PLANNED_AT, BODIES, APART, COLUMNS = 60, 6, 0.12, 6
 SMOOTHED = 1.0  # s: over which readings are averaged before a body is drawn from them
 REFERENCE: Any = {"color": PALE, "lw": 4.5, "solid_capstyle": "round"}
 PLANNED: Any = {"color": INK, "lw": 0.9, "ls": (0, (4, 1.6))}
@@ -34,11 +36,12 @@ def colour(k: int) -> str:
 
 
 def binned(x: np.ndarray, y: np.ndarray, bins: int = BINS) -> tuple[np.ndarray, ...]:
-    """x (k,), mean, least and largest y (k,) of evenly spread bins of ``x``; those without a finite y are left out."""
+    """x (k,), mean, least and largest y (k,) of evenly spread bins of ``x``; what is not finite is left out."""
     known = np.isfinite(x) & np.isfinite(y)
     x, y = x[known], y[known]
     if x.size == 0:
         return (np.empty(0),) * 4
+    bins = max(1, min(bins, x.size // READINGS))
     edges = np.linspace(x.min(), x.max(), bins + 1)
     which = np.clip(np.searchsorted(edges, x, side="right") - 1, 0, bins - 1)
     order = np.argsort(which, kind="stable")
@@ -78,6 +81,12 @@ def is_running(found: Followed) -> np.ndarray:
     return found.record.states == State.RUNNING
 
 
+def furthest(ways: Sequence[Inserted]) -> int:
+    """The first of the trials that came out furthest, to a percent; those with poses of the tip go before."""
+    reached = [(len(each.tip) > 0, round(float(each.insertion.max(initial=0.0)), 2)) for each in ways]
+    return reached.index(max(reached))
+
+
 def planned_tip(found: Followed) -> tuple[np.ndarray, np.ndarray]:
     """insertion (k,), tube axis at the tip (k, 3) m: the model along the trial's profile, nothing of a bench in it."""
     at = np.linspace(1.0 / PLANNED_AT, 1.0, PLANNED_AT)
@@ -103,10 +112,12 @@ def postures(found: Followed, way: Inserted) -> list[tuple[float, Shape]]:
     if not len(way.tip_insertion):
         return []
     (trial,) = registered([found.trial()])
-    usable = np.flatnonzero(trial.kept[:, 0])
-    wanted = np.linspace(way.tip_insertion.min(), way.tip_insertion.max(), BODIES + 1)[1:]
+    on_it = (trial.time >= way.time[0]) & (trial.time <= way.time[-1])
+    usable = np.flatnonzero(trial.kept[:, 0] & on_it)
+    low, high = way.tip_insertion.min(), way.tip_insertion.max()
+    wanted = np.linspace(low, high, 1 + min(BODIES, max(1, int((high - low) / APART))))[1:]
     rows = sorted({int(usable[np.argmin(np.abs(trial.insertion[usable] - x))]) for x in wanted})
-    calm = replace(trial, tensions=_averaged(trial.tensions, trial.time))
+    calm = replace(trial, tensions=_averaged(np.where(on_it[:, None], trial.tensions, np.nan), trial.time))
     return [(float(trial.insertion[k]), posture(calm, k)) for k in rows]
 
 

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import InvalidInput, numbers
-from .style import BLUE, COLOURS, INK, MM, QUIET, VERMILION, WIDTH, labelled, new_figure, styled, titled
 from ..rig.control import KI, KP
 from ..rig.design import Loop, phase_margin
+from .style import BLUE, COLOURS, INK, MM, QUIET, VERMILION, WIDTH, labelled, new_figure, styled, titled
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

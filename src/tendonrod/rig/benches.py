@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from contextlib import ExitStack
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, fields, is_dataclass
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -26,7 +26,10 @@ Vector = tuple[float, float, float]
 
 
 class BenchSource(Protocol):
-    """What trials need of a bench that is not open yet. limits: fields of `Limits` that differ from the model's."""
+    """What trials need of a bench that is not open yet.
+
+    limits: fields of `Limits` that differ from the model's; of an axis, the fields of its `AxisLimits` that do.
+    """
 
     @property
     def robot(self) -> Robot: ...
@@ -41,7 +44,7 @@ class BenchSource(Protocol):
         """The bench; whoever opens it closes it. Raises `InvalidInput`, `DeviceError`."""
         ...
 
-    def known(self) -> dict[str, Any]:
+    def known(self, seed: int) -> dict[str, Any]:
         """For the record's header."""
         ...
 
@@ -84,11 +87,11 @@ class VirtualSource:
 
         return virtual_bench(self.setup, seed, self.real_time)
 
-    def known(self) -> dict[str, Any]:
+    def known(self, seed: int) -> dict[str, Any]:
         """See `BenchSource`; "setup" has every number of it."""
-        parts = asdict(self.setup)
+        parts = {each.name: _plain(getattr(self.setup, each.name)) for each in fields(self.setup)}
         del parts["robot"]
-        said = {"notes": "Virtual bench, not a measurement.", "virtual": True, "setup": parts}
+        said = {"notes": "Virtual bench, not a measurement.", "virtual": True, "seed": seed, "setup": parts}
         if self.setup.tracker is None:
             return said
         rows = self.setup.tracker.T_world_field
@@ -133,19 +136,25 @@ class DeviceSource:
             **axes, load_cell=board.load_cell, tracker=tracker, clock=clock,
         )  # fmt: skip
 
-    def _tracker(self, clock: SystemClock):
+    def _tracker(self, clock: SystemClock) -> Any:
         if self.aurora is None:
             return None
         from .aurora import Aurora
 
         return Aurora(**self.aurora, now=clock.now)
 
-    def known(self) -> dict[str, Any]:
+    def known(self, seed: int = 0) -> dict[str, Any]:
         """See `BenchSource`."""
         said = {"virtual": False, "launchpad": dict(self.launchpad), "calibration": asdict(self.calibration)}
         if self.aurora is not None:
             said["aurora"] = {name: str(value) for name, value in self.aurora.items()}
         return said | ({} if self.T_world_field is None else {"T_world_field": [*map(list, self.T_world_field)]})
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, tuple):
+        return [_plain(each) for each in value]
+    return asdict(value) if is_dataclass(value) and not isinstance(value, (type, Robot)) else value
 
 
 def tare(cell: BoardLoadCell, readings: int) -> None:

@@ -12,8 +12,8 @@ from .interfaces import AxisLimits
 LATENCY = 2  # control periods from a command to its effect, with which delays and stopping distances are reckoned
 AXES = ("screw", "translation", "rotation")
 NUMBERS = (
-    "tension", "slack", "tension_rate", "rate_window", "lost_pull", "strain", "length", "full_scale", "sensor_age", "tracker_time",
-    "stall_time", "command_timeout", "period", "release_rate", "release_travel",
+    "tension", "slack", "tension_rate", "rate_window", "lost_pull", "strain", "length", "full_scale", "sensor_age",
+    "tracker_time", "stall_time", "command_timeout", "period", "release_rate", "release_travel",
 )  # fmt: skip
 
 

@@ -251,9 +251,9 @@ class Interlock:
             self._settled = True
             return STILL
         assert self._release is not None
-        velocity = self._release.speed(sample, self._now(), self._homed)
-        self._settled = velocity == 0.0
-        return STILL if self._settled else Command(screw=velocity, target=0.0)
+        velocity = self._release.speed(sample, self._now(), self._homed, self._faults)
+        self._settled = velocity == 0.0 and not self._release.is_braking
+        return STILL if velocity == 0.0 else Command(screw=velocity, target=0.0)
 
     # Inside
 

@@ -1,0 +1,261 @@
+"""Reading bench files: which bench, virtual or of devices, and its numbers; TOML with units in its keys, SI inside.
+
+Like `robotfile`, whose checks it shares: types by key here, ranges by the domain classes, in the words of the file.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from decimal import Decimal
+from math import radians
+from os import PathLike, fspath
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from ..errors import MISSING, InvalidInput, one_of, positive, vector, whole
+from ..files import text_of
+from ..measurement.trial import Tracker
+from ..robot import Robot
+from ..robotfile import validated
+from ..robotfile_words import at, in_file_words, parsed
+from ..rotation import exp_so3
+from .aurora_tools import checked_tools
+from .benches import BenchSource, DeviceSource, VirtualSource
+from .benchfile_tables import KINDS, DeviceFile, VirtualFile
+from .board_devices import Calibration
+from .limits import AXES, Limits
+from .virtual.injection import Injection, InjectionKind
+from .virtual.setup import (
+    LoadCellModel,
+    TrackerModel,
+    VirtualSetup,
+    lead_screw,
+    roller_rotation,
+    roller_translation,
+)
+
+SHAPE = '[bench] with kind = "virtual" or "devices", and the tables of that kind'
+Gravity = tuple[float, float, float]
+
+
+def _scaled(digits: int) -> Callable[[float], float]:
+    """Times 10**digits as on paper, so that 0.45 mm is the float 0.00045."""
+    return lambda value: float(Decimal(repr(value)).scaleb(digits))
+
+
+_MILLI = ("mm_s2", "mm_s", "mm", "mn_per_sqrt_s", "mn", "ms", "g")
+_PLAIN = ("n_s", "n", "s", "hz", "m_s2", "counts")
+_TO_SI: dict[str, Callable[[float], float]] = {
+    **dict.fromkeys(("deg_s2", "deg_s", "deg"), radians),
+    **dict.fromkeys(_MILLI, _scaled(-3)),
+    **dict.fromkeys(_PLAIN, float),
+}
+_UNITS = sorted(_TO_SI, key=len, reverse=True)
+
+
+@dataclass(frozen=True, kw_only=True)
+class BenchFile:
+    """A bench file whose types and keys are right. gravity: m/s2, None where it does not say."""
+
+    name: str
+    table: Any
+
+    @property
+    def is_virtual(self) -> bool:
+        """Whether its bench is."""
+        return isinstance(self.table, VirtualFile)
+
+    @property
+    def gravity(self) -> Gravity | None:
+        """m/s2, world frame; None where the file does not say."""
+        given = self.table.bench.gravity_m_s2
+        return None if given is None else _three(vector(f"{self.name}: bench.gravity_m_s2", given, 3))
+
+    def source(self, robot: Robot, gravity: Gravity, real_time: bool = False) -> BenchSource:
+        """The bench with ``robot``. Raises `InvalidInput` by key."""
+        limits = self._limits()
+        if self.is_virtual:
+            setup = self._setup(robot, gravity)
+            return VirtualSource(setup=setup, real_time=real_time, limits=limits)
+        return self._devices(robot, gravity, limits)
+
+    def _setup(self, robot: Robot, gravity: Gravity) -> VirtualSetup:
+        axes = {"screw": lead_screw, "translation": roller_translation, "rotation": roller_rotation}
+        parts: dict[str, Any] = {name: self._made(make, name) for name, make in axes.items()}
+        parts["load_cell"] = self._made(LoadCellModel, "load_cell")
+        sensor = self._made(TrackerModel, "tracker")
+        if self.table.field is not None:
+            sensor = replace(sensor, T_world_field=self._field())
+        parts["tracker"] = sensor if self.table.bench.tracker else None
+        parts["injections"] = tuple(self._injection(k) for k in range(len(self.table.fault or ())))
+        keys = {f"tendon_{flat}": key for flat, key in self._keys("tendon").items()}
+        keys |= {"slack": keys.pop("tendon_slack")}
+        keys |= {"outer_friction": "outer_tube.friction_n", "exit_tilt": "outer_tube.tilt_deg"}
+        bench = self._keys("bench")
+        keys |= {flat: bench[flat] for flat in ("mechanics", "command_timeout", "highest_tension")}
+        return self._called(VirtualSetup, keys, robot=robot, gravity=gravity, **parts)
+
+    def _injection(self, k: int) -> Injection:
+        """A [[fault]]; which value it takes goes with its kind and place."""
+        table, keys = self.table.fault[k], self._keys(f"fault[{k}]")
+        keys.pop("value")
+        wanted = _value_key(one_of(f"{self.name}: fault[{k}].kind", table.kind, list(InjectionKind)), table.where)
+        for key in (each for each in type(table).model_fields if each.startswith("value_") and each != wanted):
+            if (given := getattr(table, key)) is not None:
+                takes = f"takes {wanted}" if wanted else "takes no value"
+                raise InvalidInput(f"{self.name}: fault[{k}].{key}", given, f"left out: {table.kind!r} {takes}")
+        return self._called(Injection, keys | ({"value": f"fault[{k}].{wanted}"} if wanted else {}))
+
+    def _devices(self, robot: Robot, gravity: Gravity, limits: Mapping[str, Any]) -> DeviceSource:
+        table: DeviceFile = self.table
+        cell = self._keys("load_cell")
+        readings = whole(f"{self.name}: load_cell.tare_readings", table.load_cell.tare_readings, 0, 100_000)
+        trackers = tuple(self._made(Tracker, f"tool[{k}]", leave=("rom",)) for k in range(len(table.tool or ())))
+        if table.aurora is not None and not trackers:
+            raise InvalidInput(f"{self.name}: tool", MISSING, "given, [[tool]] for each tool of the [aurora]")
+        if table.aurora is None and trackers:
+            raise InvalidInput(f"{self.name}: aurora", MISSING, "given where there is a [[tool]]")
+        return DeviceSource(
+            robot=robot, gravity=gravity, limits=limits, trackers=trackers, tare_readings=readings,
+            launchpad=self._values("launchpad"), aurora=self._aurora(),
+            calibration=self._called(Calibration, {key: cell[key] for key in cell if key != "tare_readings"}),
+            T_world_field=None if table.field is None else self._field(),
+        )  # fmt: skip
+
+    def _aurora(self) -> dict[str, Any] | None:
+        if self.table.aurora is None:
+            return None
+        names = [each.name for each in self.table.tool or ()]
+        if len(set(names)) < len(names):
+            raise InvalidInput(f"{self.name}: tool", names, "of different names")
+        folder = Path(self.name).parent
+        roms = {each.name: None if each.rom is None else str(folder / each.rom) for each in self.table.tool or ()}
+        try:
+            return self._values("aurora") | {"tools": checked_tools(roms)}
+        except InvalidInput as error:
+            raise InvalidInput(f"{self.name}: tool: rom", error.value, error.allowed) from None
+
+    def _field(self) -> tuple[tuple[float, ...], ...]:
+        """T_world_field as rows."""
+        T = np.eye(4)
+        T[:3, :3] = exp_so3(np.array(self._three("field.rotation_deg")))
+        T[:3, 3] = self._three("field.position_mm")
+        return tuple(tuple(row) for row in T.tolist())
+
+    def _three(self, key: str) -> Gravity:
+        if at(self.table, key) is None:
+            return 0.0, 0.0, 0.0
+        vector(f"{self.name}: {key}", at(self.table, key), 3)
+        return _three(self._si(key))
+
+    def _limits(self) -> Mapping[str, Any]:
+        """Fields of `Limits`, looked at beside the defaults of the others; the model's come later."""
+        keys = {flat: key for flat, key in self._keys("limits").items() if at(self.table, key) is not None}
+        axes = {name: self._axis_limits(name, keys) for name in AXES}
+        self._called(Limits, keys, **{name: replace(getattr(Limits(), name), **given) for name, given in axes.items()})
+        return MappingProxyType(self._given(keys) | {name: given for name, given in axes.items() if given})
+
+    def _axis_limits(self, name: str, keys: dict[str, str]) -> dict[str, float]:
+        """Fields of `AxisLimits` that the file gives; their keys are taken out of ``keys``."""
+        travel, speed = keys.pop(f"{name}_travel", None), keys.pop(f"{name}_speed", None)
+        found: dict[str, float] = {}
+        if travel is not None:
+            low, high = vector(f"{self.name}: {travel}", at(self.table, travel), 2).tolist()
+            if not low < high:
+                raise InvalidInput(f"{self.name}: {travel}", [low, high], "its low end below its high end")
+            found["low"], found["high"] = self._si(travel)
+        if speed is not None:
+            positive(f"{self.name}: {speed}", at(self.table, speed))
+            found["speed"] = self._si(speed)
+        return found
+
+    def _made(self, make: Callable[..., Any], place: str, leave: tuple[str, ...] = ()) -> Any:
+        return self._called(make, {flat: key for flat, key in self._keys(place).items() if flat not in leave})
+
+    def _called(self, make: Callable[..., Any], keys: dict[str, str], **more: Any) -> Any:
+        """``make`` with the values of ``keys``, those that the file gives; its complaint in the words of the file."""
+        try:
+            return make(**more, **self._given(keys))
+        except InvalidInput as error:
+            if error.field not in keys:
+                raise
+            raise in_file_words(self.name, error, self.table, keys) from None
+
+    def _values(self, place: str) -> dict[str, Any]:
+        return self._given(self._keys(place))
+
+    def _given(self, keys: dict[str, str]) -> dict[str, Any]:
+        values = {flat: self._si(key) for flat, key in keys.items()}
+        return {flat: value for flat, value in values.items() if value is not None}
+
+    def _keys(self, place: str) -> dict[str, str]:
+        """Name in the domain -> key in the file, of one table."""
+        return {_flat(key): f"{place}.{key}" for key in type(at(self.table, place)).model_fields}
+
+    def _si(self, key: str) -> Any:
+        value, unit = at(self.table, key), _unit(key)
+        if value is None or not unit:
+            return value
+        return [_TO_SI[unit](each) for each in value] if isinstance(value, list) else _TO_SI[unit](value)
+
+
+def read_bench(source: str | PathLike[str], field: str = "bench file") -> BenchFile:
+    """The bench file. Raises `InvalidInput` that names the file, the key, the value and what is allowed.
+
+    field: what the file is called in the error of one that cannot be read.
+    """
+    name = fspath(source)
+    document = parsed(name, text_of(field, name, "TOML"), SHAPE)
+    bench = document.get("bench")
+    if not isinstance(bench, dict):
+        raise InvalidInput(f"{name}: bench", MISSING if bench is None else bench, "a table, [bench]")
+    if "kind" not in bench:
+        raise InvalidInput(f"{name}: bench.kind", MISSING, "one of " + ", ".join(KINDS))
+    kind = one_of(f"{name}: bench.kind", bench["kind"], KINDS)
+    checked = validated(name, KINDS[kind], document, expected=_expected)
+    return BenchFile(name=name, table=checked)
+
+
+def default_bench() -> BenchFile:
+    """The virtual bench with all its defaults."""
+    return BenchFile(name="virtual bench", table=validated("", VirtualFile, {"bench": {"kind": "virtual"}}))
+
+
+def _value_key(kind: str, where: str | None) -> str:
+    """The key of the value that a fault of this kind takes, "" for none."""
+    length = "deg" if where == "rotation" else "mm"
+    units = {InjectionKind.CELL_JUMP: "n", InjectionKind.CLOCK_LATE: "ms"}
+    units |= {InjectionKind.ENCODER_JUMP: length, InjectionKind.RUNAWAY: f"{length}_s"}
+    unit = units.get(InjectionKind(kind))
+    return f"value_{unit}" if unit else ""
+
+
+def _unit(key: str) -> str:
+    return next((unit for unit in _UNITS if key.endswith(f"_{unit}")), "")
+
+
+def _flat(key: str) -> str:
+    unit = _unit(key)
+    return key.removesuffix(f"_{unit}") if unit else key
+
+
+def _three(values: Any) -> Gravity:
+    x, y, z = (float(each) for each in values)
+    return x, y, z
+
+
+_EXPECTED = {
+    "string_type": "a text in quotes",
+    "bool_type": "true or false",
+    "int_type": "a whole number",
+    "list_type": "a list of finite numbers; tables with two brackets where it is tool or fault",
+    "model_type": "a table",
+}
+
+
+def _expected(error: Any) -> str:
+    return _EXPECTED.get(error["type"], "a finite number")
