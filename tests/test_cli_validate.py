@@ -106,7 +106,9 @@ def test_the_directory_has_page_tables_and_figures(run, files, tmp_path):
     status, _, err = run("validate", *files, "--output", tmp_path / "new" / "accuracy")
     assert (status, err.splitlines()[-1]) == (0, f"tendonrod: wrote {tmp_path / 'new' / 'accuracy' / 'index.html'}")
     names = {each.name for each in (tmp_path / "new" / "accuracy").iterdir()}
-    figures = {f"{name}.{kind}" for name in ("components", "space", "errors", "bias", "causes") for kind in ("png", "svg")}
+    figures = {
+        f"{name}.{kind}" for name in ("components", "space", "errors", "bias", "causes") for kind in ("png", "svg")
+    }
     assert names == {"index.html", "accuracy.csv", "bias.csv", "causes.csv", "samples.csv", "errors.csv"} | figures
 
 
@@ -130,9 +132,14 @@ def test_the_table_on_file_is_the_table(page, trials):
 def test_the_page_stands_by_itself_and_says_why(page):
     text = page.read_text(encoding="utf-8")
     assert "What would explain the errors" in text
-    assert re.search(r"Tilted base alone \(.*\) would explain [89]\d(\.\d)? % of the squared error", text)
+    assert re.search(r"Tilted base alone \(.*\) would explain [89]\d(\.\d)?\u00a0% of the squared error", text)
     assert (page.parent / "causes.csv").is_file()
     assert "exonav-3: published" in text
+    shown = re.findall(r'class="label">(Table|Figure) (\d+)\.', text)
+    for kind in ("Table", "Figure"):
+        numbers = [int(number) for each, number in shown if each == kind]
+        assert numbers == list(range(1, len(numbers) + 1))  # in the order of the page
+    assert text.count("Tilted base alone") == 1  # said in the summary, and not again
     links = set(re.findall(r'(?:href|src)="([^"#]+)"', text))
     assert all(each.startswith("data:") or (page.parent / each).is_file() for each in links)
     assert not re.search(r"https?://", re.sub(r'"data:[^"]*"', "", text))
@@ -166,4 +173,4 @@ def test_a_file_given_twice_is_refused(refused, files):
 
 
 def test_a_base_alone_is_nothing_to_compare(refused, files):
-    assert refused("validate", files[0]).startswith("trials = none: must be of one or more used samples of a tracker")
+    assert refused("validate", files[0]).startswith("TRIAL = none: must be of one or more used samples of a tracker")

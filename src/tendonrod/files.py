@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import codecs
 import os
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
 from .errors import Fact, InvalidInput
+
+_UTF16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 
 
 @contextmanager
@@ -39,12 +42,18 @@ def file_name(field: str, path: object, suffixes: Sequence[str]) -> Path:
     return Path(text)
 
 
-def text_of(field: str, name: str, kind: str) -> str:
-    """The text of the file ``name``, a ``kind`` such as "CSV". Raises `InvalidInput` where it cannot be read."""
+def text_of(field: str, name: str, kind: str, encoding: str | None = None, hint: str = "") -> str:
+    """The text of the file ``name``, a ``kind`` such as "CSV". Raises `InvalidInput` where it cannot be read.
+
+    encoding: None for UTF-16 where the file begins with its mark, else UTF-8. hint: what to do about a file that is
+    written in another.
+    """
     try:
-        return Path(name).read_bytes().decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise InvalidInput(field, Fact(name), f"UTF-8 text; byte {error.start} is not") from None
+        content = Path(name).read_bytes()
+        return content.decode(encoding or ("utf-16" if content[:2] in _UTF16 else "utf-8-sig"))
+    except UnicodeError as error:
+        at = f"; byte {error.start} is not" if isinstance(error, UnicodeDecodeError) else ""
+        raise InvalidInput(field, Fact(name), f"{(encoding or 'UTF-8')} text{at}{hint}") from None
     except (FileNotFoundError, ValueError):
         raise InvalidInput(field, Fact(name or "''"), f"an existing {kind} file") from None
     except OSError as error:

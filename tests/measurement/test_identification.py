@@ -6,13 +6,14 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from measurement.known_bench import GRAVITY, NOISE, READING_NOISE, ROBOT, along, blank, motion, seen
 from tendonrod import InvalidInput, NotConverged
 from tendonrod.measurement.identification import identify
 from tendonrod.measurement.prediction import predict
 from tendonrod.measurement.setup import Setup
-from tendonrod.measurement.trial import BASE, KEPT, MISSING_POSE, REPEATED_TIME, Tracker
+from tendonrod.measurement.trial import BASE, KEPT, MISSING_POSE, REPEATED_TIME, Tracker, Trial
 from tendonrod.rotation import exp_so3
 
 HOLDER = {"offset": (1e-3, 2e-3, 0.0), "turn": (0.1, 0.2, 0.3)}
@@ -21,6 +22,7 @@ FREE = ("youngs_modulus", "base_tilt_x", "base_tilt_y", "tip_mass")
 TRUTH = Setup(robot=ROBOT.replace(youngs_modulus=62e9), base_tilt_x=0.2, base_tilt_y=-0.15, tip_mass=3e-4)
 VALUES = np.array([TRUTH.value(name, TRIALS) for name in FREE])
 FEW = FREE[:3]
+TENSIONS = np.linspace(0.1, 0.8, 12)
 LIGHT = replace(TRUTH, tip_mass=0.0)
 
 
@@ -267,3 +269,51 @@ def test_bad_input_is_named(trials, more, said):
 def test_a_start_without_an_equilibrium_is_said(noisy):
     with pytest.raises(NotConverged):
         identify(noisy, FEW, setup=Setup(robot=ROBOT.replace(youngs_modulus=1e8), tip_mass=1.0))
+
+
+def hanging(seed, m):
+    """A bench whose world hangs on m noisy frames of the base tracker, and the same one tracker at the tip."""
+    motion = np.random.default_rng(seed)
+    base = Tracker(name="base", on="base", turn=(0.0, 0.0, 0.0))
+    turns = Rotation.from_rotvec(0.01 * motion.normal(size=(m, 3))).as_quat(scalar_first=True)
+    shown = Trial(
+        name="base", robot=ROBOT, trackers=(base,), time=np.arange(float(m)), gravity=GRAVITY,
+        position=0.5e-3 * motion.normal(size=(m, 1, 3)), orientation=turns[:, None],
+    )  # fmt: skip
+    return [shown, *(replace(each, T_world_field=None) for each in seen([blank(TENSIONS, along([1.0]))], TRUTH, seed))]
+
+
+def test_intervals_know_how_well_the_world_is_known():
+    """What hangs on the base tracker is off by the same motion everywhere; more samples do not help against that."""
+    start = replace(TRUTH, tip_mass=1e-4)
+    found = [identify(hanging(seed, 6), ["tip_mass"], setup=start) for seed in range(30)]
+    off = [(each["tip_mass"] - TRUTH.tip_mass) / each.standard_errors[0] for each in found]
+    assert 0.6 < np.std(off) < 1.5  # without, three times as much
+    many = identify(hanging(0, 400), ["tip_mass"], setup=start)
+    assert many.standard_errors[0] < 0.5 * found[0].standard_errors[0]
+
+
+def test_what_the_base_tracker_sees_counts_where_it_is_asked_to():
+    base = Tracker(name="base", on="base", turn=(0.0, 0.0, 0.0))
+    m, rng = 40, np.random.default_rng(3)
+    lean = exp_so3(np.array([TRUTH.base_tilt_x, TRUTH.base_tilt_y, 0.0]))
+    seen_turn = lean @ exp_so3(0.005 * rng.normal(size=(m, 3)))
+    shown = Trial(
+        name="base", robot=ROBOT, trackers=(base,), time=np.arange(float(m)), gravity=GRAVITY, T_world_field=np.eye(4),
+        position=0.5e-3 * rng.normal(size=(m, 1, 3)),
+        orientation=Rotation.from_matrix(seen_turn).as_quat(scalar_first=True)[:, None],
+    )  # fmt: skip
+    trials = [shown, *seen([blank(TENSIONS, along([1.0]))], TRUTH, 3)]
+    free = ["base_tilt_x", "base_tilt_y", "tip_mass"]
+    without, with_it = (identify(trials, free, base_tracker=use) for use in (False, True))
+    assert with_it.standard_errors[2] < 0.5 * without.standard_errors[2]
+    assert (
+        np.abs(
+            (with_it.values - [TRUTH.base_tilt_x, TRUTH.base_tilt_y, TRUTH.tip_mass]) / with_it.standard_errors
+        ).max()
+        < 4
+    )
+    assert any("sees the exit turned" in each for each in without.sentences)
+    assert not any("sees the exit turned" in each for each in with_it.sentences)
+    with pytest.raises(InvalidInput, match="base_tracker"):
+        identify(trials[1:], free, base_tracker=True)

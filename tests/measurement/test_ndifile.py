@@ -115,6 +115,42 @@ def test_trackers_are_found_by_the_name_or_number_of_their_tool(file):
         read(path, trackers=None)
 
 
+def test_each_tool_has_one_tracker_and_is_asked_for_by_a_name_of_its_own(file):
+    path = file(FORMS["NDI Track"])
+    toml = file('robot = "exonav-1"\n[[trackers]]\nname = "tip"\n[[trackers]]\nname = "mid"\ntool = 1\n', "two.toml")
+    with pytest.raises(InvalidInput, match=r"tool of mid = 1: must be another than that of tip, of 1 tip, 2 base"):
+        read_ndi(path, toml)
+    with pytest.raises(InvalidInput, match=r"tool of base = 1: must be another than that of tip"):
+        read(path, trackers={"tip": TIP, 1: BASE})
+    alike = file(FORMS["NDI Track"].replace("base  s/n", "tip  s/n"))
+    with pytest.raises(InvalidInput, match=r"tool of tip = 'tip': must be told by its number.*1 tip, 2 tip"):
+        read(alike, trackers={"tip": TIP})
+    np.testing.assert_array_equal(read(alike, trackers={2: TIP}).position[:, 0], [[0.001, 0.002, -0.15]] * 3)
+
+
+NO_FRAME = {
+    "NDI Track": ("Port 10,401,MISSING", "Port 10,,MISSING"),
+    "NDI Track, a zero": ("Port 10,401,MISSING", "Port 10,0,MISSING"),
+    "the sample program of NDI's Combined API": ("tip s/n:1,401,Port:10,0", "tip s/n:1,,Port:10,"),
+    "NDI Track with date, time, faces and markers": ("Port 0x0A: tip,401,10.025", "Port 0x0A: tip,,"),
+}
+
+
+@pytest.mark.parametrize(("form", "change"), NO_FRAME.items(), ids=NO_FRAME)
+def test_a_missing_tool_without_a_frame_leaves_the_row_to_the_others(file, form, change):
+    text = FORMS[form.removesuffix(", a zero")]
+    assert change[0] in text
+    trial = read(file(text.replace(*change)), tensions=np.full((3, 1), 0.5))
+    np.testing.assert_allclose(trial.time, [10.0, 10.025, 10.05], rtol=1e-14)
+    assert trial.fates.tolist() == [[KEPT, KEPT], [MISSING_POSE, KEPT], [KEPT, KEPT]]
+    assert "rows whose tools have different frames" not in trial.origin
+
+
+def test_the_frame_0_of_a_missing_tool_is_its_frame_where_there_is_no_other(file):
+    track = read_track(file(frames(3).replace("1,Port 1,0,OK", "1,Port 1,0,MISSING")))
+    assert track.frame.tolist() == [0.0, 1.0, 2.0]
+
+
 def test_a_map_names_robot_tools_and_columns_of_the_drive(file):
     file(
         'robot = "exonav-1"\ngravity_m_s2 = [-9.81, 0, 0]\n[columns]\ntension = "cell [mN]"\n'

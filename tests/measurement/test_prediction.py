@@ -208,13 +208,12 @@ def test_derivatives_where_lengths_are_pulled():
     assert_derivatives([trial], WRONG, names)
 
 
-@pytest.mark.parametrize("drive", ["tensions", "displacements"])
-def test_slopes_are_derivatives_by_the_reading(drive):
-    """Moving the reading by d moves the input by scale * d, or the pulled length by d."""
-    values, step = np.array([0.3, 0.6]) if drive == "tensions" else np.array([1e-3, 2e-3]), 1e-5
+def test_slopes_are_derivatives_by_the_reading():
+    """Moving the reading by d moves the input by scale * d; below the zero the tendon is slack and nothing moves."""
+    values, step = np.array([0.3, 0.6, -0.2]), 1e-5
 
     def at(change):
-        trial = driven(along([1.0], **HOLDER), **{drive: values + change})
+        trial = driven(along([1.0], **HOLDER), tensions=values + change)
         return predict([trial], WRONG, ("tip_mass",))
 
     up, down, found = at(step), at(-step), at(0.0)
@@ -223,6 +222,13 @@ def test_slopes_are_derivatives_by_the_reading(drive):
     )
     turn = log_so3(up.rotation[0] @ np.swapaxes(down.rotation[0], -1, -2))[:, 0] / (2.0 * step)
     np.testing.assert_allclose(found.slope[0][:, 0, 3:, 0], turn, rtol=1e-4, atol=1e-4)
+    assert not found.slope[0][2].any()
+
+
+def test_pulled_lengths_have_no_noise_of_tension():
+    trial = driven(along([1.0], **HOLDER), displacements=np.array([1e-3, 2e-3]))
+    assert not predict([trial], WRONG, ("tip_mass",)).slope[0].any()
+    assert np.isnan(predict([trial], WRONG).slope[0]).all()  # not asked
 
 
 def rubbing_trial():

@@ -62,7 +62,7 @@ def test_a_side_that_a_bound_cuts_off_ends_there():
     trials = seen(TRIALS, replace(TRUTH, tip_mass=1e-5), seed=2)
     fit = identify(trials, ["tip_mass"], setup=replace(TRUTH, tip_mass=1e-5))
     found = profile(fit, "tip_mass")
-    assert fit.low[0] < 0.0 == found.low < found.high
+    assert fit.low[0] == 0.0 == found.low < found.high
     assert found.values.min() > 0.0 or fit["tip_mass"] < 1e-9
 
 

@@ -79,9 +79,18 @@ def test_of_several_reasons_the_first_is_told():
     assert told == [MISSING_POSE, REPEATED_TIME, POOR_QUALITY, NO_DRIVE, NO_PLACE, RETRACTED]
 
 
-def test_a_time_must_come_after_all_before_it():
-    found = trial(time=[0.0, 0.5, 0.1, 0.2, 0.5, 0.6])
-    assert (found.fates[:, 0] == REPEATED_TIME).tolist() == [False, False, True, True, True, False]
+@pytest.mark.parametrize(
+    ("time", "wrong"),
+    [
+        ([0.0, 0.5, 0.1, 0.2, 0.5, 0.6], [1]),  # one that runs ahead costs itself only
+        ([0.0, 1.0, 1.0, 2.0, 2.0, 3.0], [2, 4]),  # of equal ones the first stands
+        ([0.0, 1.0, 2.0, 999.0, 4.0, 5.0], [3]),
+        ([3.0, 4.0, np.nan, 0.0, 5.0, 6.0], [2, 3]),
+    ],
+)
+def test_times_increase_along_what_is_kept(time, wrong):
+    found = trial(time=time)
+    assert np.flatnonzero(found.fates[:, 0] == REPEATED_TIME).tolist() == wrong
 
 
 def test_without_a_limit_or_an_indicator_no_quality_is_poor():

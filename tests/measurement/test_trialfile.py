@@ -1,7 +1,11 @@
 """Trials on file: every field comes back to the last bit, and a file that is no whole trial gets one line."""
 
+import os
+import subprocess
+import sys
 import warnings
 from dataclasses import fields, replace
+from pathlib import Path
 
 import h5netcdf
 import h5py
@@ -216,7 +220,7 @@ def test_written_complete_or_not_at_all(tmp_path, path, monkeypatch):
     def fail(*_, **__):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(xr.Dataset, "to_netcdf", fail)
+    monkeypatch.setattr(Path, "write_bytes", fail)
     assert refused(write_trial, LEAST, path).endswith("must be writable: No space left on device")
     assert [each.name for each in tmp_path.iterdir()] == [path.name]
     assert path.read_bytes() == before
@@ -241,3 +245,24 @@ def test_the_robot_stays_readable_as_text():
     from tendonrod.robotfile_writing import robot_text
 
     assert to_dataset(some_trial()).attrs["robot"] == robot_text(some_robot())
+
+
+def test_a_full_disk_is_an_error_in_one_line(path):
+    """A limit on the size of files stands for the disk; in a process of its own, which HDF5 might take down."""
+    pytest.importorskip("resource")
+    program = (
+        "import resource, sys\n"
+        "from measurement.trials import some_trial\n"
+        "from tendonrod import InvalidInput\n"
+        "from tendonrod.measurement.trialfile import write_trial\n"
+        "resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))\n"
+        "try:\n    write_trial(some_trial(), sys.argv[1])\n"
+        "except InvalidInput as error:\n    print(error)\n"
+    )
+    where = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+    command = [sys.executable, "-c", program, str(path)]
+    done = subprocess.run(command, capture_output=True, text=True, env=where, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.startswith(f"trial file = '{path}': must be writable: ")
+    assert done.stdout.count("\n") == 1
+    assert list(path.parent.iterdir()) == []

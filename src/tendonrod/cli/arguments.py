@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -126,14 +127,24 @@ def with_torsion(robot: Robot, torsion: str | None) -> Robot:
         raise InvalidInput("--torsion", Fact(torsion), needed) from None
 
 
+@contextmanager
+def in_words(words: Mapping[str, str]) -> Iterator[None]:
+    """The library's fields as the options that they came from."""
+    try:
+        yield
+    except InvalidInput as error:
+        raise InvalidInput(words.get(error.field, error.field), error.value, error.allowed) from None
+
+
 def chosen_trials(paths: list[str], robot: Robot | None, torsion: str | None) -> list[Trial]:
     """The trials; files that do not name their robot are read with ``robot``."""
     from ..measurement.loading import load_trials
 
     found = []
-    for path in paths:
-        options: dict[str, Any] = {} if Path(path).suffix.lower() == ".nc" else {"robot": robot}
-        found.extend(load_trials([path], **options))
+    with in_words({"path": "TRIAL", "robot": "--robot"}):
+        for path in paths:
+            options: dict[str, Any] = {} if Path(path).suffix.lower() == ".nc" else {"robot": robot}
+            found.extend(load_trials([path], **options))
     names = Counter(each.name for each in found)
     if len(paths) > 1 and max(names.values()) > 1:
         twice = names.most_common(1)[0][0]

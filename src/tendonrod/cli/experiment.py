@@ -194,12 +194,15 @@ def _file_name(name: str) -> str:
 
 
 def _write(trial: Trial, path: Path) -> None:
-    with out.written("--output", path):
-        if path.suffix == ".csv":
-            from ..measurement.csvfile import write_csv
+    if path.suffix == ".csv":
+        from ..measurement.csvfile import write_csv, written_with
 
+        with out.written("--output", path):
             write_csv(trial, path)
-        else:
-            from ..measurement.trialfile import write_trial
+        for each in written_with(path, trial):
+            out.note(f"wrote {each}, which {path.name} is read with")
+        return
+    from ..measurement.trialfile import write_trial
 
-            write_trial(trial, path)
+    with out.written("--output", path):
+        write_trial(trial, path)

@@ -14,6 +14,7 @@ from .shape_page import listed
 if TYPE_CHECKING:
     from ..measurement.bench import Experiment
     from ..measurement.trial import Trial
+    from ..robot import Robot
 
 
 def as_dict(bench: Experiment, trials: Sequence[Trial], files: Sequence[Path]) -> dict[str, Any]:
@@ -59,7 +60,7 @@ def _truth(bench: Experiment) -> list[tuple[str, str]]:
     x, y, z = (degrees(each) for each in bench.base_tilt)
     true, claimed, noise = bench.robot.parameters(), bench.believed.parameters(), bench.noise
     different = {name: value for name, value in true.items() if value != claimed[name]}
-    changed = [(name, f"{value:g}, claimed {claimed[name]:g}") for name, value in different.items()]
+    changed = [(name, _changed(bench.robot, name, value, claimed[name])) for name, value in different.items()]
     return [
         ("gravity", f"({listed(bench.gravity)}) m/s2"),
         ("tilt of the base", f"({_plain(x)}, {_plain(y)}, {_plain(z)}) deg, rotation vector"),
@@ -71,6 +72,14 @@ def _truth(bench: Experiment) -> list[tuple[str, str]]:
         ("noise", f"{1e3 * noise.position:g} mm, {degrees(noise.orientation):g} deg, {1e3 * noise.tension:g} mN"),
         ("missing, outliers", f"{noise.dropouts:g}, {noise.outliers:g} of the frames"),
     ]
+
+
+def _changed(robot: Robot, name: str, true: float, claimed: float) -> str:
+    """Both numbers in the unit that the robot's file has."""
+    from ..measurement.unknowns import unit_of
+
+    unit, per_si = unit_of(robot, name)
+    return f"{true * per_si:.6g}{f' {unit}' if unit else ''}, claimed {claimed * per_si:.6g}"
 
 
 def _plain(angle: float) -> str:

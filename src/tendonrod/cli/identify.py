@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from ..errors import MISSING, Fact, InvalidInput, finite, one_of
 from . import output
-from .arguments import Json, chosen_robot, chosen_trials, whole
-from .identify_page import names_page, page
+from .arguments import Json, chosen_robot, chosen_trials, in_words, whole
+from .identify_page import names_dict, names_page, page
+from .trials_page import lost
 
 if TYPE_CHECKING:
     from ..measurement.crossvalidation import CrossValidation
@@ -25,12 +25,12 @@ if TYPE_CHECKING:
     from ..measurement.trial import Trial
     from ..robot import Robot
 
-MOST_FOLDS = 10_000
 _IN_WORDS = {
     "free": "--free",
     "trials": "TRIAL",
     "folds": "--folds",
     "orientations": "--orientations",
+    "base_tracker": "--base-tracker",
 }
 
 
@@ -57,6 +57,10 @@ def identify(
     orientations: Annotated[
         bool, typer.Option("--orientations", help="Measured orientations count beside positions.")
     ] = False,
+    base_tracker: Annotated[
+        bool,
+        typer.Option("--base-tracker", help="What a tracker on the base sees of the exit counts for the base's place."),
+    ] = False,
     loss: Annotated[
         str, typer.Option(metavar="NAME", help="huber, robust against outliers, or squares, which is not.")
     ] = "huber",
@@ -78,28 +82,36 @@ def identify(
 ) -> None:
     """Identify numbers of robot and bench from measured trials, and say how sure they are.
 
-    TRIAL: a file as tendonrod trial reads it; all of one bench together, the one with the tracker on the base too.
-    Refused by name: what the data cannot determine. An interrupt after the fit keeps what is written.
+    TRIAL: a .nc, or a CSV file with its column map beside it; what needs more to be said of it, such as --tracker or
+    --drive, goes through tendonrod trial FILE --output TRIAL.nc first. All of one bench together, the one with the
+    tracker on the base too. Refused by name: what the data cannot determine. An interrupt after the fit prints what is
+    done and keeps what is written.
     """
     model = None if robot is None else chosen_robot(robot, torsion)
     if not trials and not names:
         raise InvalidInput("TRIAL", MISSING, "given; see tendonrod identify --help")
     given = chosen_trials(trials, model, torsion) if trials else []
     if names:
-        output.say(names_page(given, model))
+        output.say_json(names_dict(given, model)) if json else output.say(names_page(given, model))
         return
     one_of("--loss", loss, ("huber", "squares"))
-    blocks = None if folds is None else whole("--folds", folds, 0, MOST_FOLDS)
+    blocks = None if folds is None else _folds(folds, given)
     wanted, setup, held = _asked(given, model, free or [], start or [], hold or [])
     task = Task(profiles=not no_profiles, folds=blocks)
     if output_directory is not None:
         task.directory = output.directory("--output", output_directory)
-    with _in_words():
-        fit = _fitted(given, wanted, setup, orientations, loss)
-        from ..measurement.fittedfile import Provenance, checksums
+    from ..measurement.fittedfile import Provenance, checksums
 
+    with in_words(_IN_WORDS):
+        fit = _fitted(given, wanted, setup, orientations=orientations, loss=loss, base_tracker=base_tracker)
         told = Provenance(files=checksums(trials or []), given=held)
-        task.run(fit, told)
+        try:
+            task.run(fit, told)
+        finally:  # an interrupt or a full disk does not take the fit away
+            _say(fit, told, task, json)
+
+
+def _say(fit: Fit, told: Provenance, task: Task, json: bool) -> None:
     if json:
         from ..measurement.fitrecord import as_dict
 
@@ -108,13 +120,17 @@ def identify(
         output.say(page(fit, told, task.found, task.validation))
 
 
-@contextmanager
-def _in_words() -> Iterator[None]:
-    """The library's fields as the options that they came from."""
+def _folds(text: str, trials: Sequence[Trial]) -> int:
+    """0, or how many blocks, as many as there are samples at most."""
+    import numpy as np
+
+    samples = sum(int(np.any(each.kept & each.on_robot, axis=1).sum()) for each in trials)
+    if samples < 2 or text.strip() == "0":
+        return whole("--folds", text, 0, 0)
     try:
-        yield
+        return whole("--folds", text, 2, samples)
     except InvalidInput as error:
-        raise InvalidInput(_IN_WORDS.get(error.field, error.field), error.value, error.allowed) from None
+        raise InvalidInput("--folds", error.value, f"0 for none, or a whole number from 2 to {samples}") from None
 
 
 def _asked(
@@ -128,7 +144,7 @@ def _asked(
     if not any(typed):
         raise InvalidInput("--free", MISSING, "names of numbers to identify; see tendonrod identify --names")
     setup = Setup(robot=robot)
-    with _in_words():
+    with in_words(_IN_WORDS):
         wanted = expanded(typed, trials, setup)
         setup, held = _with_values("--hold", hold, trials, setup)
         setup, started = _with_values("--start", start, trials, setup)
@@ -175,11 +191,24 @@ def _number(option: str, text: str, unit: str) -> float:
         raise InvalidInput(option, Fact(text or "''"), allowed) from None
 
 
-def _fitted(trials: Sequence[Trial], wanted: Sequence[str], setup: Setup, orientations: bool, loss: str) -> Fit:
+def _fitted(trials: Sequence[Trial], wanted: Sequence[str], setup: Setup, **how: Any) -> Fit:
     from ..measurement.identification import identify as fit_to
 
-    with output.progress_bar("fitting") as watch:
-        return fit_to(trials, wanted, setup=setup, orientations=orientations, loss=loss, watch=watch)
+    try:
+        with output.progress_bar("fitting") as watch:
+            return fit_to(trials, wanted, setup=setup, **how, watch=watch)
+    except InvalidInput as error:
+        raise InvalidInput(error.field, error.value, error.allowed + _why(error.field, trials)) from None
+
+
+def _why(field: str, trials: Sequence[Trial]) -> str:
+    """What a refusal of ``field`` may come from."""
+    from ..measurement.registration import registrations
+
+    if field == "trials":
+        return f": {lost(trials)}"
+    notes = dict.fromkeys(each.note for each in registrations(trials) if each.note) if field == "free" else ()
+    return "".join(f"; {note}" for note in notes)
 
 
 @dataclass
@@ -214,11 +243,11 @@ class Task:
         from ..measurement.fittedfile import write_fitted
         from ..report.identification import write_identification
 
-        if first:
-            for path in write_fitted(fit, self.directory, told):
+        with output.filling("--output", self.directory):
+            for path in write_fitted(fit, self.directory, told) if first else ():
                 output.note(f"wrote {path}")
-        write_record(fit, self.directory, told, self.found, self.validation)
-        with output.progress_bar("drawing") as watch:
+            write_record(fit, self.directory, told, self.found, self.validation)
+        with output.filling("--output", self.directory), output.progress_bar("drawing") as watch:
             write_identification(fit, self.directory, self.found, self.validation, told, watch)
 
     def _profiles(self, fit: Fit) -> None:
@@ -243,6 +272,7 @@ class Task:
             return
         from ..measurement.fitrecord import write_record
 
-        write_record(fit, self.directory, told, self.found, self.validation)
+        with output.filling("--output", self.directory):
+            write_record(fit, self.directory, told, self.found, self.validation)
         done = f"{len(self.found)} of {len(fit.names)} profiles" if self.profiles else "no profiles"
         output.note(f"stopped after the fit, with {done}; what is done is in {self.directory}")

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from . import output
+from .trials_page import assumptions, made_by
 
 if TYPE_CHECKING:
     from ..measurement.crossvalidation import CrossValidation
@@ -20,10 +21,11 @@ def page(fit: Fit, told: Provenance, profiles: Sequence[Profile], validation: Cr
     """The fit as text for people."""
     from ..report.identification import registration_lines
 
-    blocks = [output.heading(_title(fit)), _numbers(fit, profiles), "\n".join(_errors(fit, validation))]
+    notes = assumptions(fit.trials)
+    blocks = [output.heading(_title(fit)), *notes, _numbers(fit, profiles), "\n".join(_errors(fit, validation))]
     blocks += [_correlations(fit)] if len(fit.names) > 1 else []
     blocks += [lost] if (lost := _lost(fit)) else []
-    blocks.append("\n".join([*registration_lines(fit), *_given(fit, told), *_virtual(fit)]))
+    blocks.append("\n".join([*registration_lines(fit), *_given(fit, told), *made_by(fit.trials)]))
     if fit.sentences:
         blocks.append("\n".join(fit.sentences))
     return "\n\n".join(blocks)
@@ -46,7 +48,8 @@ def _numbers(fit: Fit, profiles: Sequence[Profile]) -> str:
         cells = [number(unknown, each, error) for each in (unknown.start, value, error)]
         between = [span(unknown, low, high, error)]
         if by:
-            between.append(span(unknown, by[unknown.name].low, by[unknown.name].high, error))
+            of = by.get(unknown.name)  # an interrupt leaves some out
+            between.append("not computed" if of is None else span(unknown, of.low, of.high, error))
         rows.append([unknown.name, *cells, *between, unknown.unit])
     likelihood = ["95 %\nby likelihood"] if by else []
     columns = ["\n", "\nstart", "\nvalue", "standard\nerror", "\n95 %", *likelihood, "\nunit"]
@@ -95,10 +98,6 @@ def _given(fit: Fit, told: Provenance) -> list[str]:
     return [f"given by hand: {name} = {text}" for name, text in given(fit, told)]
 
 
-def _virtual(fit: Fit) -> list[str]:
-    return sorted({f"made by {each.origin['made by']}" for each in fit.trials if "made by" in each.origin})
-
-
 def names_page(trials: Sequence[Trial], robot: Robot | None) -> str:
     """All names that --free takes, with units and meanings; of the robot too, if there is one."""
     from ..measurement.names import GROUPS, MEANINGS
@@ -126,3 +125,22 @@ def _robot_numbers(robot: Robot) -> str:
         unit, per_si = unit_of(robot, name)
         rows.append([name, f"{value * per_si:.6g}", unit])
     return output.table(["", "now", "unit"], rows, words=(0, 2))
+
+
+def names_dict(trials: Sequence[Trial], robot: Robot | None) -> dict[str, Any]:
+    """The same for JSON. unit: of --start and --hold; per_si: how many of it are one of SI; value: SI."""
+    from ..measurement.names import GROUPS, MEANINGS
+    from ..measurement.setup import Setup, the_robot
+    from ..measurement.unknowns import unit_of, unknowns
+
+    known = the_robot(Setup(), trials) if robot is None and trials else robot
+    bench = [
+        {"name": each.name, "unit": each.unit, "per_si": each.per_si, "meaning": MEANINGS[each.name]}
+        for each in unknowns(tuple(MEANINGS), (), Setup())
+    ]
+    numbers = []
+    for name, value in known.parameters().items() if known is not None else ():
+        unit, per_si = unit_of(known, name)  # pyright: ignore[reportArgumentType]
+        numbers.append({"name": name, "unit": unit, "per_si": per_si, "value": value})
+    groups = {name: list(each) for name, each in GROUPS.items()}
+    return {"bench": bench, "groups": groups, "robot": None if known is None else known.name, "robot_numbers": numbers}

@@ -212,6 +212,21 @@ def written(option: str, path: Path) -> Iterator[None]:
     note(f"wrote {path}")
 
 
+@contextlib.contextmanager
+def filling(option: str, directory: Path | None) -> Iterator[None]:
+    """The library writes into ``directory``: its complaint about that or a file there names the option and it."""
+    try:
+        yield
+    except InvalidInput as error:
+        if directory is None or not _is_in(error.value, directory):
+            raise
+        raise InvalidInput(option, Fact(str(directory)), error.allowed) from None
+
+
+def _is_in(value: object, directory: Path) -> bool:
+    return isinstance(value, str) and directory in (Path(value), *Path(value).parents)
+
+
 def write_table(option: str, path: Path, header: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
     """Write a CSV file."""
     with written(option, path), complete(option, path) as draft, draft.open("w", newline="", encoding="utf-8") as file:

@@ -2,36 +2,54 @@
 
 from __future__ import annotations
 
-import os
-from math import degrees
+import re
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from ..errors import Fact, InvalidInput, nonnegative, positive
+from ..errors import Fact, InvalidInput, nonnegative, positive, within
 from . import output
-from .arguments import Json, chosen_robot, number, vector
-from .shape_page import listed
+from .arguments import Json, chosen_robot, in_words, number, vector
+from .trial_files import check_targets
+from .trial_page import as_dict, page
 
 if TYPE_CHECKING:
-    import numpy as np
+    from ..measurement.placing import Place
+    from ..measurement.trial import Trial
+    from ..robot import Robot
 
-    from ..measurement.trial import Tracker, Trial
-
-SHOWN = 8  # row numbers told of each fate
+_WORDS = {
+    "path": "FILE",
+    "columns": "--columns",
+    "robot": "--robot",
+    "places": "--tracker",
+    "drive": "--drive",
+    "align": "--align",
+}
+_PLACES = "tip, base, millimetres along L_na, as 40mm, or a share of it, as 50%"
 KINDS = (".nc", ".csv")
 
 
 def trial(
     files: Annotated[list[str], typer.Argument(metavar="FILE", hidden=True)],
-    columns: Annotated[str | None, typer.Option(metavar="MAP.toml", help="Column map of CSV and track files.")] = None,
-    robot: Annotated[str | None, typer.Option(metavar="ROBOT", help="Preset, or path of a robot's TOML file.")] = None,
+    columns: Annotated[
+        str | None, typer.Option(metavar="MAP.toml", help="Column map of CSV and track files; a .nc needs none.")
+    ] = None,
+    robot: Annotated[
+        str | None,
+        typer.Option(metavar="ROBOT", help="Preset, or path of a TOML file, instead of that of file or map."),
+    ] = None,
     tracker: Annotated[
         list[str] | None,
-        typer.Option(metavar="NAME=PLACE", help="Once per tracker: tip=tip, base=base, or mid=40, mm along L_na."),
+        typer.Option(
+            metavar="NAME=PLACE",
+            help="Where a tracker sits, instead of what file or map says; its holder stays. Once per tracker: tip=tip, "
+            "base=base, mid=40mm along L_na, or mid=50%.",
+        ),
     ] = None,
     gravity: Annotated[
-        str | None, typer.Option(metavar="X,Y,Z", help="Gravity in the world frame, m/s2, where files do not say.")
+        str | None, typer.Option(metavar="X,Y,Z", help="Gravity in the world frame, m/s2, instead of file's or map's.")
     ] = None,
     drive: Annotated[
         str | None, typer.Option(metavar="FILE.csv", help="What drove the robot, for a track file of NDI's.")
@@ -59,10 +77,11 @@ def trial(
     """
     written = output.target("--output", output_file, KINDS)
     picture = output.target("--figure", figure, output.FIGURES)
-    _check_targets(files, {"--output": output_file, "--figure": figure})
+    targets = {"--output": output_file, "--figure": figure}
+    check_targets(targets, files, columns, {"--drive": drive, "--robot": robot})
     options: dict[str, Any] = {
-        "robot": None if robot is None else chosen_robot(robot),
-        "trackers": tuple(_tracker(each) for each in tracker or ()) or None,
+        "robot": None if robot is None else _robot(robot),
+        "places": dict(_place_of(each) for each in tracker or ()),
         "gravity": None if gravity is None else vector("--gravity", gravity),
         "drive": drive,
         "offset": number("--drive-offset", drive_offset),
@@ -73,7 +92,8 @@ def trial(
     from ..measurement.columnmap import read_column_map
     from ..measurement.loading import load_trials
 
-    trials = load_trials(files, None if columns is None else read_column_map(columns, "--columns"), **options)
+    with in_words(_WORDS):
+        trials = load_trials(files, None if columns is None else read_column_map(columns, "--columns"), **options)
     if written is not None:
         _write(trials[0], written)
     if picture is not None:
@@ -81,33 +101,54 @@ def trial(
 
         output.write_figure("--figure", picture, lambda: trial_figure(trials[0]))
     if json:
-        output.say_json([_as_dict(each) for each in trials])
+        output.say_json([as_dict(each) for each in trials])
     else:
-        output.say("\n\n".join(_page(each) for each in trials))
+        output.say("\n\n".join(page(each) for each in trials))
     for path, each in zip(files, trials, strict=True):
-        if left := each.origin.get("columns not read"):
-            output.note(f"{path}: columns left alone: {left}")
+        for sentence in _notes(each):
+            output.note(f"{path}: {sentence}")
 
 
-def _check_targets(files: list[str], targets: dict[str, str | None]) -> None:
-    """One file where one is written, and never one that is read."""
-    read = {os.path.realpath(each) for each in files}
-    for option, path in targets.items():
-        if path is not None and len(files) > 1:
-            raise InvalidInput(option, Fact(path), f"given with one FILE; there are {len(files)}")
-        if path is not None and os.path.realpath(path) in read:
-            raise InvalidInput(option, Fact(path), "another file than FILE")
+def _robot(source: str) -> Robot:
+    with in_words({"robot": "--robot"}):
+        return chosen_robot(source)
 
 
-def _tracker(text: str) -> Tracker:
-    from ..measurement.trial import BASE, ROBOT, Tracker
+def _notes(found: Trial) -> Iterator[str]:
+    """What should not go unseen."""
+    from ..measurement.ndifile import OUTSIDE
+    from ..measurement.trial import NO_DRIVE
 
-    name, equals, place = (part.strip() for part in text.partition("="))
+    told, riding = found.origin, found.fates[:, found.on_robot]
+    if "replaced" in told:
+        yield f"replaced by what the command line says: {told['replaced']}"
+    if "columns not read" in told:
+        yield f"columns left alone: {told['columns not read']}"
+    if OUTSIDE in told:
+        yield f"{OUTSIDE}: {told[OUTSIDE]}"
+    if riding.size and (riding == NO_DRIVE).all():
+        source = "--drive names the CSV file of what drove the robot" if "tools" in told else "no column tells it"
+        yield f"no sample on the robot counts, for none has a tension or displacement: {source}"
+
+
+def _place_of(text: str) -> tuple[str, Place]:
+    from ..measurement.placing import Place
+    from ..measurement.trial import BASE
+
+    name, equals, place = (part.strip() for part in text.rpartition("="))
     if not name or not equals or not place:
-        raise InvalidInput("--tracker", Fact(text or "''"), "NAME=PLACE, with tip, base or millimetres along L_na")
+        raise InvalidInput("--tracker", Fact(text or "''"), f"NAME=PLACE, with {_PLACES}")
     if place in ("tip", BASE):
-        return Tracker(name=name, on=BASE if place == BASE else ROBOT)
-    return Tracker(name=name, at=1e-3 * number("--tracker", place, nonnegative))
+        return name, Place(on=BASE) if place == BASE else Place()
+    found = re.fullmatch(r"([-+.\deE]+)\s*(mm|%|)", place)
+    if not found:
+        raise InvalidInput(f"--tracker {name}", Fact(place), _PLACES)
+    if found[2] == "%":
+        return name, Place(share=0.01 * number(f"--tracker {name}", found[1], within, 0.0, 100.0))
+    at = number(f"--tracker {name}", found[1], nonnegative)
+    if not found[2] and 0.0 < at <= 1.0:
+        raise InvalidInput(f"--tracker {name}", Fact(place), f"with its unit, {at:g}mm, or {100 * at:g}% of L_na")
+    return name, Place(at=1e-3 * at)
 
 
 def _write(found: Trial, path: Any) -> None:
@@ -117,141 +158,9 @@ def _write(found: Trial, path: Any) -> None:
         with output.written("--output", path):
             write_trial(found, path)
         return
-    from ..measurement.csvfile import write_csv
+    from ..measurement.csvfile import write_csv, written_with
 
     with output.written("--output", path):
         write_csv(found, path)
-    output.note(f"wrote {path.with_suffix('.toml')}, which {path.name} is read with")
-
-
-def _fates(found: Any) -> list[tuple[str, str, int, list[int]]]:
-    """(tracker, fate, how many, their row numbers from 1), the kept ones first; missing poses by what was said."""
-    from ..measurement.trial import KEPT, MISSING_POSE
-
-    told = []
-    for each, fates, states in zip(found.trackers, found.fates.T, found.state.T, strict=True):
-        rows: dict[str, list[int]] = {}
-        for k, (fate, state) in enumerate(zip(fates, states, strict=True), 1):
-            said = f"{fate} ({state})" if fate == MISSING_POSE and state else fate
-            rows.setdefault(said, []).append(k)
-        order = sorted(rows, key=lambda fate: (fate != KEPT, -len(rows[fate])))
-        told += [(each.name, fate, len(rows[fate]), rows[fate]) for fate in order]
-    return told
-
-
-def _place(found: Trial, tracker: Tracker) -> str:
-    from ..measurement.trial import BASE
-
-    if tracker.on == BASE:
-        return "base, fixed"
-    return "tip" if tracker.at is None else f"{1e3 * tracker.at:.6g} mm of {1e3 * found.robot.length_na:.6g} mm"
-
-
-def _ranges(found: Any) -> list[tuple[str, str, str, int]]:
-    """(quantity, from, to, how many samples have it)."""
-    import numpy as np
-
-    T = found.robot.n_tendons
-    rows = [("time (s)", found.time)]
-    rows += [(f"tension{_of(i, T)} (N)", found.tensions[:, i]) for i in range(T)]
-    rows += [(f"displacement{_of(i, T)} (mm)", 1e3 * found.displacements[:, i]) for i in range(T)]
-    rows += [("insertion", found.insertion), ("rotation (deg)", np.degrees(found.rotation))]
-    return [(name, *_ends(values)) for name, values in rows]
-
-
-def _of(i: int, T: int) -> str:
-    return f" {i + 1}" if T > 1 else ""
-
-
-def _ends(values: np.ndarray) -> tuple[str, str, int]:
-    import numpy as np
-
-    known = values[np.isfinite(values)]
-    if not known.size:
-        return "-", "-", 0
-    return f"{known.min():.6g}", f"{known.max():.6g}", int(known.size)
-
-
-def _rate(found: Trial) -> float | None:
-    """Samples per second: one over the median step between times."""
-    import numpy as np
-
-    steps = np.diff(found.time)
-    steps = steps[np.isfinite(steps) & (steps > 0.0)]
-    return float(1.0 / np.median(steps)) if steps.size else None
-
-
-def _page(found: Trial) -> str:
-    n, rate = found.time.size, _rate(found)
-    title = f"{found.name}: {found.robot.name}, {n} sample{'s' * (n != 1)}" + (f", {rate:.4g} per s" if rate else "")
-    known = "known" if found.T_world_field is not None else "not known: positions are in the frame of the field"
-    facts = [("gravity", f"({listed(found.gravity)}) m/s2, world"), ("T_world_field", known)]
-    if found.quality_limit is not None:
-        facts.append(("quality limit", f"{1e3 * found.quality_limit:.6g} mm"))
-    facts += [(f"tracker {each.name}", _tracker_text(found, each)) for each in found.trackers]
-    facts += [(key, text) for key, text in found.origin.items() if key != "columns not read"]
-    fates = [(name, fate, str(count), _rows(rows, count, n)) for name, fate, count, rows in _fates(found)]
-    ranges = [(name, low, high, str(count)) for name, low, high, count in _ranges(found)]
-    return "\n\n".join(
-        (
-            output.heading(title),
-            output.table(("", ""), facts, words=(0, 1)),
-            output.table(("", "from", "to", "samples"), ranges, words=(0,)),
-            output.table(("tracker", "fate", "samples", "rows"), fates, words=(0, 1, 3)),
-        )
-    )
-
-
-def _tracker_text(found: Trial, each: Tracker) -> str:
-    parts = [_place(found, each)]
-    if any(each.offset) or any(each.point):
-        parts.append(f"sensor ({', '.join(f'{1e3 * value:.6g}' for value in each.arm)}) mm from the tube's axis")
-    parts.append("turn not known" if each.turn is None else f"turn ({listed([degrees(a) for a in each.turn])}) deg")
-    return ", ".join([*parts, *([f"{1e3 * each.mass:.6g} g"] if each.mass else [])])
-
-
-def _rows(rows: list[int], count: int, n: int) -> str:
-    if count == n:
-        return "all"
-    return ", ".join(str(row) for row in rows[:SHOWN]) + (", ..." if count > SHOWN else "")
-
-
-def _as_dict(found: Trial) -> dict[str, Any]:
-    plain = {name: getattr(found, name) for name in ("name", "quality_limit", "position_noise", "orientation_noise")}
-    known = None if found.T_world_field is None else found.T_world_field.tolist()
-    return {
-        **plain,
-        "robot": found.robot.name,
-        "samples": found.time.size,
-        "rate": _rate(found),
-        "gravity": list(found.gravity),
-        "T_world_field": known,
-        "tension_noise": found.tension_noise,
-        "trackers": [
-            {
-                "name": each.name,
-                "on": each.on,
-                "at": each.at,
-                "arm": list(each.arm),
-                "turn": each.turn,
-                "mass": each.mass,
-            }
-            for each in found.trackers
-        ],
-        "ranges": {name: [low, high, count] for name, low, high, count in _numbers(found)},
-        "fates": [
-            {"tracker": name, "fate": fate, "samples": count, "rows": rows} for name, fate, count, rows in _fates(found)
-        ],
-        "origin": dict(found.origin),
-        "notes": found.notes,
-        "units": "SI",
-    }
-
-
-def _numbers(found: Trial):
-    import numpy as np
-
-    for name in ("time", "tensions", "displacements", "insertion", "rotation"):
-        values = getattr(found, name)
-        known = values[np.isfinite(values)]
-        yield name, *((float(known.min()), float(known.max())) if known.size else (None, None)), int(known.size)
+    for each in written_with(path, found):
+        output.note(f"wrote {each}, which {path.name} is read with")

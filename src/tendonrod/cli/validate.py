@@ -10,7 +10,8 @@ import typer
 
 from ..errors import one_of
 from . import output
-from .arguments import Json, chosen_robot, chosen_trials
+from .arguments import Json, chosen_robot, chosen_trials, in_words
+from .trials_page import assumptions, made_by
 
 if TYPE_CHECKING:
     from ..measurement.accuracy import Accuracy, Errors, Place
@@ -50,10 +51,11 @@ def validate(
 ) -> None:
     """Compare measured trials with the model, place by place.
 
-    TRIAL: a file as tendonrod trial reads it; all of one bench together, the one with the tracker on the base too: its
-    pose puts the others into the world. Compared are points of the tube's axis at the measured tensions, insertions
-    and rotations. Samples that do not count are told, none is dropped unsaid. Then single causes are fitted, so that a
-    tilted base or a mass at the tip is not taken for physics.
+    TRIAL: a .nc, or a CSV file with its column map beside it; what needs more to be said of it, such as --tracker or
+    --drive, goes through tendonrod trial FILE --output TRIAL.nc first. All of one bench together, the one with the
+    tracker on the base too: its pose puts the others into the world. Compared are points of the tube's axis at the
+    measured tensions, insertions and rotations. Samples that do not count are told, none is dropped unsaid. Then single
+    causes are fitted, so that a tilted base or a mass at the tip is not taken for physics.
     """
     one_of("--gravity", gravity, ("both", "with", "without"))
     model = None if robot is None else chosen_robot(robot, torsion)
@@ -62,14 +64,15 @@ def validate(
 
     from ..measurement.accuracy import accuracy
 
-    found = accuracy(given, robot=model, gravity=gravity)
+    with in_words({"trials": "TRIAL"}):
+        found = accuracy(given, robot=model, gravity=gravity)
     causes = _diagnosed(found) if why and gravity != "without" else {}
-    if directory is not None:
-        _write(found, causes, directory)
     if json:
         output.say_json(_as_dict(found) | {"why": {name: _causes_dict(each) for name, each in causes.items()}})
     else:
         output.say("\n\n".join([_page(found), *(_why(name, each) for name, each in causes.items())]))
+    if directory is not None:
+        _write(found, causes, directory)
 
 
 def _diagnosed(found: Accuracy) -> dict[str, Diagnosis]:
@@ -124,7 +127,7 @@ def _causes_dict(found: Diagnosis) -> dict[str, Any]:
 def _write(found: Accuracy, causes: dict[str, Diagnosis], directory: Path) -> None:
     from ..report.validation import write_validation
 
-    with output.progress_bar("drawing") as watch:
+    with output.filling("--output", directory), output.progress_bar("drawing") as watch:
         page = write_validation(found, directory, causes, watch=watch)
     output.note(f"wrote {page}")
 
@@ -135,10 +138,11 @@ def _page(found: Accuracy) -> str:
 
     title = ", ".join(f"{robot.name}, torsion {robot.torsion}" for robot in found.robots)
     used, measured = found.counts
-    blocks = [output.heading(f"{title}: {used} of {measured} samples compared"), _table(found), _LEGEND, _leans(found)]
+    blocks = [output.heading(f"{title}: {used} of {measured} samples compared"), *assumptions(found.trials)]
+    blocks += [_table(found), _LEGEND, _leans(found)]
     blocks += [lost] if (lost := _lost(found)) else []
     seen = [plain(each).replace("’", "'").replace("°", " deg") for each in exit_lines(found)]
-    lines = [*registration_lines(found), *seen, *departures(found), *_virtual(found)]
+    lines = [*registration_lines(found), *seen, *departures(found), *made_by(found.trials)]
     return "\n\n".join([*blocks, "\n".join(lines)])
 
 
@@ -186,11 +190,6 @@ def _lost(found: Accuracy) -> str:
         if reason != "kept"
     ]
     return output.table(("trial", "tracker", "not used", "samples"), rows, words=(0, 1, 2)) if rows else ""
-
-
-def _virtual(found: Accuracy) -> list[str]:
-    """Where trials say that they were made."""
-    return sorted({f"made by {each.origin['made by']}" for each in found.trials if "made by" in each.origin})
 
 
 def _as_dict(found: Accuracy) -> dict[str, Any]:

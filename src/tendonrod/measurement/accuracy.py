@@ -15,7 +15,7 @@ import numpy as np
 
 from ..errors import Fact, InvalidInput, one_of
 from ..robot import Robot
-from ..rotation import exp_so3, hat, log_so3
+from ..rotation import exp_so3, log_so3
 from .prediction import predict
 from .registration import Registration, registered, registrations, without_offset, world_poses
 from .setup import Setup, places
@@ -153,11 +153,7 @@ class Accuracy:
         """
         errors = [each.errors[run or self.best_known] for each in self.of(robot)]
         model, vectors = (np.concatenate([getattr(each, name) for each in errors]) for name in ("model", "vectors"))
-        turn = np.zeros(3)
-        for _ in range(3):  # Gauss-Newton; the angles are small
-            moved = model @ exp_so3(turn).T
-            left = vectors + model - moved
-            turn = log_so3(exp_so3(_small_turn(moved, left)) @ exp_so3(turn))
+        turn = log_so3(_best_turn(model, model + vectors))
         left = vectors + model - model @ exp_so3(turn).T
         total = (vectors**2).sum()
         return turn, float(1.0 - (left**2).sum() / total) if total > 0.0 else 0.0
@@ -256,6 +252,8 @@ def _grouped(views: Sequence[_View], runs: Sequence[str]) -> Iterator[Place]:
         same = [(i, view) for i, view in enumerate(views) if view.robot == robot]
         seen = [view.at[np.asarray(view.compared.any(axis=0))] for _, view in same]
         ats = np.unique(np.concatenate(seen)).tolist()
+        if not ats:  # its trials have a tracker on the base only
+            continue
         first = [at for k, at in enumerate(ats) if k == 0 or at - ats[k - 1] > SAME_PLACE * robot.length_na]
         for low, high in zip(first, [*first[1:], np.inf], strict=True):
             yield _place(robot, low, same, [(view.at >= low) & (view.at < high) for _, view in same], runs)
@@ -287,10 +285,10 @@ def _place(robot: Robot, at: float, same: Sequence[tuple[int, _View]], here: Seq
     )
 
 
-def _small_turn(points: np.ndarray, vectors: np.ndarray) -> np.ndarray:
-    """(3,) least-squares t of t x points = vectors; 0 about an axis that the points do not show."""
-    found, *_ = np.linalg.lstsq(-hat(points).reshape(-1, 3), vectors.ravel(), rcond=1e-6)
-    return found
+def _best_turn(points: np.ndarray, goals: np.ndarray) -> np.ndarray:
+    """(3, 3) rotation that brings ``points`` nearest to ``goals`` (n, 3): Wahba's problem, by singular values."""
+    U, _, Vt = np.linalg.svd(goals.T @ points)
+    return U @ np.diag([1.0, 1.0, np.linalg.det(U @ Vt)]) @ Vt
 
 
 def _root_mean_square(values: np.ndarray) -> float:

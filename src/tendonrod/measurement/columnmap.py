@@ -5,7 +5,9 @@ Like `robotfile`, whose checks it shares, this module knows pydantic; ranges are
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import codecs
+import re
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from os import PathLike, fspath
 from pathlib import Path
@@ -21,14 +23,16 @@ from ..robot import Robot, load_robot, preset_names
 from ..robotfile import validated
 from ..robotfile_tables import Number, Table
 from ..robotfile_words import flat_name, in_file_words, parsed, si
+from ..robotfile_writing import file_number
 from ..rotation import exp_so3
 from .trial import Tracker
-from .units import plain
+from .units import check_apart, plain
 
 SHAPE = "a column map: robot, [[trackers]], [columns] and so on, as needed"
 QUATERNION, VECTOR = ("qw", "qx", "qy", "qz"), ("rx", "ry", "rz")
 ZERO = [0.0, 0.0, 0.0]
 DELIMITERS = {",": ",", ";": ";", "tab": "\t", "\t": "\t"}
+_MAPPED = re.compile(r"trackers\[(\d+)\]\.at|(\w+)")
 
 
 def _titles(value: Any) -> list[str]:
@@ -86,6 +90,7 @@ class MapTable(Table):
     name: StrictStr | None = None
     robot: StrictStr | None = None
     gravity_m_s2: Three | None = None
+    encoding: StrictStr | None = None
     delimiter: StrictStr | None = None
     decimal: StrictStr | None = None
     usable_states: list[StrictStr] | None = None
@@ -118,8 +123,9 @@ class ColumnMap:
     tip_x, tip_y, tip_z, tip_qw .. tip_qz or tip_rx .. tip_rz, tip_quality, tip_state. units: title -> unit, where the
     title has none. robot: None where the caller gives it. trackers: empty where they are told by the titles;
     shares: tracker -> its place as a share of L_na; tools: tracker -> name or number of its tool in a file of NDI's.
-    delimiter, decimal: None where they are to be found. usable_states: states whose poses count, None for all.
-    values: fields of `Trial` that are the same for all samples.
+    encoding, delimiter, decimal: None where they are to be found; without a mark of its own a file is UTF-8.
+    usable_states: states whose poses count, None for all. values: fields of `Trial` that are the same for all samples.
+    source: the map's file, "" for none. robot_file: that of a robot which is no preset, "" for none.
     """
 
     titles: Mapping[str, str] = field(default_factory=dict)
@@ -128,22 +134,36 @@ class ColumnMap:
     trackers: tuple[Tracker, ...] = ()
     shares: Mapping[str, float] = field(default_factory=dict)
     tools: Mapping[str, str | int] = field(default_factory=dict)
+    encoding: str | None = None
     delimiter: str | None = None
     decimal: str | None = None
     usable_states: frozenset[str] | None = None
     values: Mapping[str, Any] = field(default_factory=dict)
+    source: str = ""
+    robot_file: str = ""
 
     def __post_init__(self) -> None:
+        check_apart(each.name for each in self.trackers)
         for name in ("titles", "units", "shares", "tools", "values"):
             object.__setattr__(self, name, MappingProxyType(dict(getattr(self, name))))
+        _check_encoding(self.encoding)
         if self.delimiter is not None:
-            object.__setattr__(self, "delimiter", DELIMITERS[one_of("delimiter", self.delimiter, DELIMITERS)])
+            if self.delimiter not in DELIMITERS:
+                raise InvalidInput("delimiter", self.delimiter, 'one of ",", ";" and "tab"')
+            object.__setattr__(self, "delimiter", DELIMITERS[self.delimiter])
         if self.decimal is not None:
             one_of("decimal", self.decimal, (".", ","))
         if self.decimal == "," and self.delimiter == ",":
             raise InvalidInput("decimal", ",", '"." where the delimiter is ","')
         for name, share in self.shares.items():
             within(f"at_share of {name}", share, 0.0, 1.0)
+
+
+def _check_encoding(name: str | None) -> None:
+    try:
+        codecs.lookup("utf-8" if name is None else name)
+    except LookupError:
+        raise InvalidInput("encoding", name, 'the name of a text encoding, as "utf-8", "cp1252" or "utf-16"') from None
 
 
 def column_map(given: ColumnMap | str | PathLike[str] | None) -> ColumnMap:
@@ -170,10 +190,13 @@ def read_column_map(source: str | PathLike[str], field: str = "columns") -> Colu
             trackers=tuple(_tracker(name, checked, i) for i in range(len(checked.trackers))),
             shares={each.name: each.at_share for each in checked.trackers if each.at_share is not None},
             tools={each.name: each.tool for each in checked.trackers if each.tool is not None},
+            encoding=checked.encoding,
             delimiter=checked.delimiter,
             decimal=checked.decimal,
             usable_states=None if checked.usable_states is None else frozenset(checked.usable_states),
             values=_values(checked),
+            source=name,
+            robot_file=_robot_file(name, checked.robot),
         )
     except InvalidInput as error:
         if name in error.field:
@@ -197,10 +220,12 @@ def _all_titles(checked: MapTable) -> dict[str, str]:
 
 
 def _robot(name: str, given: str | None) -> Robot | None:
-    """A preset, or a file whose path starts at the column map's folder."""
-    if given is None:
-        return None
-    return load_robot(given if given in preset_names() else str(Path(name).parent / given))
+    return None if given is None else load_robot(_robot_file(name, given) or given)
+
+
+def _robot_file(name: str, given: str | None) -> str:
+    """The robot's file, whose path starts at the column map's folder; "" for a preset."""
+    return "" if given is None or given in preset_names() else str(Path(name).parent / given)
 
 
 def _tracker(name: str, checked: MapTable, i: int) -> Tracker:
@@ -225,6 +250,28 @@ def _values(checked: MapTable) -> dict[str, Any]:
     return {name: value for name, value in found.items() if value is not None} | (
         {"origin": checked.origin} if checked.origin else {}
     )
+
+
+def in_map_words(given: ColumnMap, error: InvalidInput, overrides: Collection[str] = ()) -> InvalidInput | None:
+    """An error of `Trial` about what the map says, by the map's file, key and unit; None for one about other things.
+
+    overrides: fields that the caller gave in place of the map's.
+    """
+    found = _MAPPED.fullmatch(error.field)
+    if not found or not given.source:
+        return None
+    keys = {flat_name(key): key for key in (*_VALUES, "gravity_m_s2")}
+    if found[1] is not None:
+        i = int(found[1])
+        if "trackers" in overrides or i >= len(given.trackers):
+            return None
+        key, shown = f"trackers[{i}].at_mm", file_number("at_mm", error.value)
+    elif error.field in given.values and error.field in keys and error.field not in overrides:
+        key = keys[error.field]
+        shown = file_number(key, error.value)
+    else:
+        return None
+    return in_file_words(given.source, InvalidInput(key, shown, error.allowed), None, {})
 
 
 def _expected(error: Any) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from decimal import Decimal
+from difflib import get_close_matches
 
 import numpy as np
 
@@ -65,7 +66,15 @@ class Columns:
         """The error of a quantity without a column."""
         listed = ", ".join(title for title in self.sheet.header if title)
         title = self.given.titles.get(quantity, quantity)
-        return InvalidInput(f"{self.sheet.name}: column {title}", MISSING, f"in the header, which has {listed}")
+        near = self._near(title)
+        hint = "" if near is None else f"; did you mean {near}?"
+        return InvalidInput(f"{self.sheet.name}: column {title}", MISSING, f"in the header, which has {listed}{hint}")
+
+    def _near(self, title: str) -> str | None:
+        """The title that is most like ``title``, first one that has another unit or none."""
+        names = {name: self.sheet.header[j] for j, (name, _) in enumerate(self.parsed) if name}
+        near = get_close_matches(parsed_title(title)[0], names, n=1, cutoff=0.8)
+        return names[near[0]] if near else None
 
     def _titled(self, quantity: str, title: str) -> list[int]:
         """The column of this very title, or of this name whatever its unit."""

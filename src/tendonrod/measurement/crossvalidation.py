@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..errors import InvalidInput, NotConverged, whole
-from .identification import Fit, Problem, fitted
-from .trial import Trial
+from ..errors import Fact, InvalidInput, NotConverged, whole
+from .fit_problem import Problem
+from .identification import Fit, fitted
 
 BLOCKS = 5
 Watch = Callable[[int, int, str], None]
@@ -76,10 +76,11 @@ def cross_validate(fit: Fit, folds: int | None = None, watch: Watch | None = Non
 
 
 def _plan(fit: Fit, folds: int | None) -> tuple[bool, int]:
-    trials = np.unique(fit.where[:, 0]).size
+    trials, samples = np.unique(fit.where[:, 0]).size, len(np.unique(fit.where[:, :2], axis=0))
+    if samples < 2:
+        raise InvalidInput("trials", Fact(f"{samples} sample"), "of two samples or more, to hold one out")
     if folds is None:
-        return trials >= 3, BLOCKS
-    samples = len(np.unique(fit.where[:, :2], axis=0))
+        return trials >= 3, min(BLOCKS, samples)
     return False, whole("folds", folds, 2, max(2, samples))
 
 
@@ -94,20 +95,19 @@ def _blocks(trial: np.ndarray, row: np.ndarray, count: int) -> np.ndarray:
 
 def _without(fit: Fit, out: np.ndarray) -> Fit:
     """The fit without some poses, started from the whole one; samples stay, for tendons that rub remember them."""
-    trials = []
+    trials, known = [], []
     for i, trial in enumerate(fit.trials):
         position, at = trial.position.copy(), fit.where[out & (fit.where[:, 0] == i)]
         position[at[:, 1], at[:, 2]] = np.nan
-        trials.append(replace(trial, position=position))
-    problem = Problem(_left(trials), fit.names, fit.setup, fit.orientations, None)
+        part = replace(trial, position=position)
+        if (part.kept & part.on_robot).any():
+            trials.append(part)
+            known.append(fit.problem.known[i])
+    problem = Problem(tuple(trials), fit.names, fit.setup, fit.orientations, tuple(known), fit.problem.prior)
     return fitted(problem, fit.loss)
-
-
-def _left(trials: list[Trial]) -> tuple[Trial, ...]:
-    return tuple(each for each in trials if (each.kept & each.on_robot).any())
 
 
 def _distances(fit: Fit, part: Fit) -> np.ndarray:
     """(N,) of all poses of the whole fit, predicted with the setup of a part."""
-    problem = Problem(fit.trials, fit.names, part.setup, fit.orientations, None)
+    problem = Problem(fit.trials, fit.names, part.setup, fit.orientations)
     return problem.misfit.body_distances(problem.at(problem.start), part.setup.holder)

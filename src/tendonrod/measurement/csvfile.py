@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import csv
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
 from os import PathLike, fspath
 from pathlib import Path
 from typing import Any
@@ -18,31 +17,39 @@ from ..files import complete, file_name
 from ..robot import Robot, load_robot, preset_names
 from ..robotfile_words import flat_name
 from ..robotfile_writing import file_number, toml, write_robot, write_text
-from .columnmap import QUATERNION, VECTOR, ColumnMap, column_map
+from .columnmap import QUATERNION, VECTOR, ColumnMap, column_map, in_map_words
 from .columns import Columns, decimal_text, drive, tendon_quantities
+from .placing import Places, of_columns
 from .sheet import Sheet, read_sheet
-from .trial import BASE, UNIT, Tracker, Trial
-from .units import plain
+from .trial import UNIT, Tracker, Trial
+from .units import check_apart, plain
 
+WRITTEN = "Written by tendonrod"  # how the files beside a CSV file begin; what does not is never replaced
 MM = 3  # decimal places from metres to millimetres
 AXES = ("x", "y", "z")
 
 
 def read_csv(
-    path: str | PathLike[str], columns: ColumnMap | str | PathLike[str] | None = None, **overrides: Any
+    path: str | PathLike[str],
+    columns: ColumnMap | str | PathLike[str] | None = None,
+    *,
+    places: Places | None = None,
+    **overrides: Any,
 ) -> Trial:
     """The trial in a CSV file; rows are samples, in SI once read.
 
     columns: a `ColumnMap` or the path of one, for columns that are not called by their default names and for what the
     file does not say. overrides: fields of `Trial`, in place of the map's; robot may be a preset or the path of a robot
     file. Trackers are those of overrides, else of the map, else those whose columns NAME_x, NAME_y, NAME_z are there;
-    then one called base sits on the base and the only other one at the tip.
+    then one called base sits on the base and the only other one at the tip. places: tracker -> where it sits instead;
+    its holder and mass stay, and a tracker that the map does not have is added.
     Raises `InvalidInput` that names file, row and column.
     """
     name, given = fspath(path), column_map(columns)
-    found = Columns(read_sheet(name, given.delimiter, given.decimal), given)
+    found = Columns(read_sheet(name, given.delimiter, given.decimal, given.encoding), given)
+    _check_measurements(found.sheet)
     robot, values = settings(given, overrides)
-    trackers = values.pop("trackers", None) or placed(given, robot) or _told(found)
+    trackers = values.pop("trackers", None) or of_columns(found, robot, places or {})
     time = found.numbers("time", "time")
     if time is None:
         raise found.needed("time")
@@ -52,8 +59,16 @@ def read_csv(
     origin = {"file": name, "columns not read": ", ".join(found.others)}
     origin = {key: text for key, text in origin.items() if text} | dict(values.pop("origin", {}))
     fields: dict[str, Any] = {"name": Path(name).stem, "origin": origin, "robot": robot, "trackers": trackers}
-    with in_rows(found):
+    with in_rows(found, overrides):
+        check_apart(each.name for each in trackers)
         return Trial(**(fields | measured | values))
+
+
+def _check_measurements(sheet: Sheet) -> None:
+    """Tables of this package's results have titles that look like a tracker's."""
+    if set(sheet.header) >= {"trial", "tracker", "sample", "s_mm"}:
+        allowed = "measurements; these are results that tendonrod identify or validate wrote"
+        raise InvalidInput(sheet.name, Fact("a table of errors"), allowed)
 
 
 def settings(given: ColumnMap, overrides: dict[str, Any]) -> tuple[Robot, dict[str, Any]]:
@@ -66,26 +81,6 @@ def settings(given: ColumnMap, overrides: dict[str, Any]) -> tuple[Robot, dict[s
     if robot is None:
         raise InvalidInput("robot", MISSING, "given, or told by the column map")
     return robot if isinstance(robot, Robot) else load_robot(robot), values
-
-
-def placed(given: ColumnMap, robot: Robot) -> tuple[Tracker, ...]:
-    """The trackers of the map, shares of L_na made lengths."""
-    at = {name: share * robot.length_na for name, share in given.shares.items()}
-    return tuple(replace(each, at=at[each.name]) if each.name in at else each for each in given.trackers)
-
-
-def _told(columns: Columns) -> tuple[Tracker, ...]:
-    """Trackers by the titles of their columns."""
-    names = [name for name, _ in columns.parsed]
-    found = [name.removesuffix("_x") for name in names if name.endswith("_x")]
-    found = [name for name in dict.fromkeys(found) if {f"{name}_y", f"{name}_z"} <= set(names)]
-    riding = [name for name in found if name != BASE]
-    if not found:
-        raise columns.needed("tip_x")
-    if len(riding) > 1:
-        allowed = "told where they sit, by [[trackers]] of a column map or by --tracker"
-        raise InvalidInput(f"{columns.sheet.name}: trackers", Fact(", ".join(found)), allowed)
-    return tuple(Tracker(name=name, on=BASE) if name == BASE else Tracker(name=name) for name in found)
 
 
 def _poses(columns: Columns, tracker: Tracker) -> dict[str, np.ndarray]:
@@ -134,12 +129,12 @@ def _turned(vectors: np.ndarray) -> np.ndarray:
 
 
 @contextmanager
-def in_rows(columns: Columns) -> Iterator[None]:
-    """Errors of `Trial` about a sample, by row and column of the file; others in the file's name."""
+def in_rows(columns: Columns, overrides: Collection[str] = ()) -> Iterator[None]:
+    """Errors of `Trial` about a sample, by row and column of the file; of the map, by its key; others by the file."""
     try:
         yield
     except InvalidInput as error:
-        raise _in_rows(columns.sheet, columns.read, error) from None
+        raise in_map_words(columns.given, error, overrides) or _in_rows(columns.sheet, columns.read, error) from None
 
 
 def _in_rows(sheet: Sheet, read: dict[int, str], error: InvalidInput) -> InvalidInput:
@@ -161,23 +156,53 @@ def write_csv(trial: Trial, path: str | PathLike[str]) -> None:
     """Write ``trial`` to ``path`` and its column map beside it, NAME.toml: `read_csv` of both gives the same samples.
 
     What is no preset becomes a robot file, NAME-robot.toml. Angles of trackers and of the field are the same to
-    rounding, all else to the last bit. Raises `InvalidInput` where a file cannot be written.
+    rounding, states but for spaces at their ends, all else to the last bit. Raises `InvalidInput` where a file cannot
+    be written, where another hand wrote one of the two beside, and for trackers whose columns would be the same.
     """
     table, written = file_name("path", path, (".csv",)), _columns(trial)
+    columns, own = beside(table)
+    robot, others = trial.robot.name, written_with(table, trial)
+    foreign = next((each.name for each in others if not _is_ours(each)), None)
+    if foreign is not None:
+        allowed = f"of another name: {foreign}, which goes with it, is there already and was not written by tendonrod"
+        raise InvalidInput("path", Fact(str(table)), allowed)
+    note = f"{WRITTEN} with {table.name}, and replaced when that is: keep changes of yours under another name."
     with complete("path", table) as draft, draft.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(written)
         writer.writerows(zip(*written.values(), strict=True))
-    robot, own = trial.robot.name, table.with_name(f"{table.stem}-robot.toml")
-    if robot not in preset_names() or load_robot(robot) != trial.robot:
-        write_robot(trial.robot, own)
+    if own in others:
+        write_robot(trial.robot, own, [note])
         robot = own.name
-    write_text("path", table.with_suffix(".toml"), toml(_document(trial, robot)))
+    write_text("path", columns, toml(_document(trial, robot), [note]))
+
+
+def beside(table: Path) -> tuple[Path, Path]:
+    """The files that `write_csv` puts beside ``table``: the column map, and the robot's where that is no preset."""
+    return table.with_suffix(".toml"), table.with_name(f"{table.stem}-robot.toml")
+
+
+def written_with(table: Path, trial: Trial) -> tuple[Path, ...]:
+    """Those of `beside` that ``trial`` needs."""
+    name = trial.robot.name
+    preset = name in preset_names() and load_robot(name) == trial.robot
+    return beside(table)[:1] if preset else beside(table)
+
+
+def _is_ours(path: Path) -> bool:
+    """Whether nothing stands at ``path``, or what `write_csv` wrote."""
+    try:
+        return path.read_bytes().startswith(f"# {WRITTEN}".encode())
+    except FileNotFoundError:
+        return True
+    except OSError:
+        return False
 
 
 def _columns(trial: Any) -> dict[str, Sequence[str]]:
     """Title -> cells; those that hold nothing are left out."""
-    found: dict[str, Sequence[str]] = {"time_s": _texts(trial.time)}
+    check_apart(each.name for each in trial.trackers)
+    found: dict[str, Sequence[str]] = {"time_s": [each or "nan" for each in _texts(trial.time)]}  # no row is blank
     T = trial.robot.n_tendons
     for stem, unit, values, places in (
         ("tension", "N", trial.tensions, 0),

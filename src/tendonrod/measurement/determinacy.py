@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..errors import Fact, InvalidInput
+from ..rotation import log_so3
+from .registration import GIVEN, seen_exit
 from .trial import Trial
 from .unknowns import Unknown
 
@@ -17,6 +19,7 @@ if TYPE_CHECKING:
 
 HARDLY = 0.95  # correlation above which two numbers can hardly be told apart
 PART = 0.15  # of a direction, below which a number is not named
+ALIKE, FEWEST = 0.15, 20  # correlation within samples, and poses from which it can be told
 FAR = 1.0  # of what is plausible
 UNEXPLAINED = 1.3  # times the stated noise
 NOTHING = 1e-9  # slope, relative to the largest
@@ -67,7 +70,55 @@ def _why(unknown: Unknown, trials: Sequence[Trial]) -> str:
 
 def sentences(fit: Fit, white: np.ndarray) -> tuple[str, ...]:
     """What a reader of the fit must know; white (q, m): derivatives of whitened errors by the unknowns, SI."""
-    return (*_alike(fit), *_at_bounds(fit), *_far(fit), *_unexplained(fit), *_outlying(fit))
+    return (
+        *_worlds(fit),
+        *_alike(fit),
+        *_at_bounds(fit),
+        *_far(fit),
+        *_unexplained(fit),
+        *_together(fit),
+        *_outlying(fit),
+    )
+
+
+def _worlds(fit: Fit) -> list[str]:
+    """What the world that trials are measured in means for numbers of the base."""
+    known, said = fit.problem.known, list(dict.fromkeys(each.note for each in fit.problem.known if each.note))
+    base = [name for name in fit.names if name.startswith("base_")]
+    if base and any(each.count for each in known):
+        said.append(
+            f"the world hangs on the tracker on the base: {', '.join(base)} tell by what that is wrong, and a bench "
+            "that leans as a whole shows in gravity_tilt only"
+        )
+    if base and not fit.problem.prior.per_error.any():
+        for trial, each in zip(fit.trials, known, strict=True):
+            if each.source == GIVEN and (pose := seen_exit(trial)) is not None:
+                turn = ", ".join(f"{x:.2f}" for x in np.degrees(log_so3(pose[:3, :3])))
+                said.append(
+                    f"{trial.name}: the tracker on the base sees the exit turned by ({turn}) deg; it did not count "
+                    "(base_tracker=True, --base-tracker)"
+                )
+    return said
+
+
+def _together(fit: Fit) -> list[str]:
+    """Whether trackers of one sample err together though no noise of the tension is stated that would do it."""
+    if any(each.tension_noise for each in fit.trials):
+        return []
+    e, where = fit.errors[fit.used], fit.where[fit.used]
+    _, which, counts = np.unique(where[:, :2], axis=0, return_inverse=True, return_counts=True)
+    several = counts[which.ravel()] > 1
+    if several.sum() < FEWEST:
+        return []
+    e, which = e[several], which.ravel()[several]
+    e = e - e.mean(axis=0)
+    size = np.bincount(which)[which]
+    mean = np.stack([np.bincount(which, weights=column)[which] for column in e.T], axis=1) / size[:, None]
+    alike = float(((mean * size[:, None] - e) * e / (size - 1)[:, None]).sum() / (e * e).sum())
+    if alike < ALIKE:
+        return []
+    said = f"errors of trackers in one sample go together (correlation {alike:.2f}), as where the tension is noisy: "
+    return [said + "state its noise, tension_noise, without which the intervals are too narrow"]
 
 
 def _alike(fit: Fit) -> list[str]:

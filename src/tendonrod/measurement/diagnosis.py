@@ -14,6 +14,7 @@ import numpy as np
 
 from ..errors import InvalidInput, NotConverged
 from .identification import Fit, checked, identify
+from .names import across_gravity
 from .registration import registered
 from .setup import Setup, the_robot
 from .trial import Trial
@@ -110,8 +111,7 @@ def diagnose(trials: Sequence[Trial], setup: Setup | None = None, watch: Watch |
 def _determinable(numbers: tuple[str, ...], trials: Sequence[Trial], setup: Setup) -> tuple[str, ...]:
     """Those numbers of a cause that these trials can have; tilting gravity about itself changes nothing."""
     if numbers[0].startswith("gravity"):
-        pull = np.abs(np.sum([each.gravity for each in trials], axis=0))
-        return () if not pull.any() else tuple(n for k, n in enumerate(numbers) if k != int(np.argmax(pull)))
+        return across_gravity(trials) if any(any(each.gravity) for each in trials) else ()
     if numbers[0].endswith("mass") and not any(any(each.gravity) for each in trials):
         return ()
     if numbers[0].startswith("tension") and not any(np.isfinite(each.tensions).any() for each in trials):

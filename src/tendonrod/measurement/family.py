@@ -6,6 +6,7 @@ from collections.abc import Hashable, Sequence
 
 import numpy as np
 
+from ..errors import NotConverged
 from ..robot import Robot
 from ..rotation import exp_so3, left_jacobian_so3
 from ..statics.equilibrium import solve
@@ -57,15 +58,27 @@ class Family:
         return (1.0 - self.insertion) * self.robot.length_na
 
     def solve(self, inputs: np.ndarray, start: Shape | None, **more) -> Shape:
-        """The equilibrium at (T,) inputs."""
+        """The equilibrium at (T,) inputs. Raises `NotConverged` that names the sample nearest to them."""
         self.solves += 1
         pulled = [float(x) if is_pulled else None for x, is_pulled in zip(inputs, self.pulled, strict=True)]
         drive = {"displacements": pulled} if self.pulled.any() else {}
         s = np.clip(self.places - self._exit, 0.0, self.insertion * self.robot.length_na)
-        return solve(
-            self.robot, np.where(self.pulled, 0.0, inputs), self.gravity, insertion=self.insertion,
-            rotation=self.rotation, s=s, start=start, loads=self.loads, exit_pose=self.pose, **drive, **more,
-        )  # fmt: skip
+        try:
+            return solve(
+                self.robot, np.where(self.pulled, 0.0, inputs), self.gravity, insertion=self.insertion,
+                rotation=self.rotation, s=s, start=start, loads=self.loads, exit_pose=self.pose, **drive, **more,
+            )  # fmt: skip
+        except NotConverged as error:
+            status = f"{self._nearest(inputs)}: {str(error).partition('; reached')[0]}"
+            facts = {"load_factor": error.load_factor, "residual": error.residual, "advice": error.advice}
+            raise NotConverged(status=status, **facts) from None
+
+    def _nearest(self, inputs: np.ndarray) -> str:
+        """The sample whose reading is nearest to what was solved with, in words."""
+        k = int(np.argmin(np.abs(self.inputs - inputs).sum(axis=1)))
+        i, row = [(i, row) for i, rows in self.members for row in rows.tolist()][k]
+        told = ", ".join(f"{x:.4g}" for x in self.trials[i].tensions[row])
+        return f"{self.trials[i].name}, sample {row + 1} ({told} N)"
 
     def values(self, shape: Shape) -> np.ndarray:
         """(places, 12 + 6 m + 6 T) p, R, then derivatives of the neutral axis by the names and by the inputs."""
@@ -138,7 +151,8 @@ class Family:
             columns[:, :3, c] += R @ self._arm_by(name, place)
             if name in _READINGS:
                 columns[..., c] = np.einsum("qit,qt->qi", slope, self._input_by(name, readings))
-        return p + lever, R @ turn, columns, slope * np.where(self.pulled, 1.0, self.setup.tension_scale)
+        taut = np.where(self.pulled, 0.0, self.setup.tension_scale * (readings > self.setup.tension_zero))
+        return p + lever, R @ turn, columns, slope * taut[:, None, :] if m else np.full_like(slope, np.nan)
 
     def _arm_by(self, name: str, place: float) -> np.ndarray:
         """(3,) how a sensor's arm changes with a number."""

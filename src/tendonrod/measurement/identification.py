@@ -8,29 +8,23 @@ that were found. Derivation: docs/identification.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
-from ..errors import InvalidInput, NotConverged, one_of
+from ..errors import Fact, InvalidInput, TendonrodError, one_of
 from .determinacy import check_determined, sentences
-from .misfit import Misfit
-from .prediction import Prediction, Predictor
-from .registration import registered
+from .fit_problem import ROUNDS, Problem, Watch, seen_base
+from .registration import registered, registrations
 from .setup import Setup
 from .trial import Trial
-from .unknowns import Unknown, unknowns
+from .unknowns import Unknown
 
 HUBER = {3: 3.0, 6: 3.9}  # in standard deviations of a pose; 98 % as efficient as least squares under normal noise
 REJECTED = {3: 6.0, 6: 7.0}
-ROUNDS = 15  # of the weights
-LIMITS: Any = {"method": "dogbox", "xtol": 1e-7, "ftol": 1e-9, "gtol": 1e-12, "max_nfev": 60}  # in each
-COARSE = {"xtol": 1e-2, "ftol": 1e-2}
 SETTLED = 1e-2  # change from round to round, relative to the standard error
-Watch = Callable[[int, int, str], None]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -92,13 +86,15 @@ class Fit:
 
     @property
     def low(self) -> np.ndarray:
-        """(m,) lower end of the 95 % confidence intervals."""
-        return self.values - self.quantile * self.standard_errors
+        """(m,) lower end of the 95 % confidence intervals, not beyond what can be."""
+        bounds = [each.low for each in self.unknowns]
+        return np.maximum(bounds, self.values - self.quantile * self.standard_errors)
 
     @property
     def high(self) -> np.ndarray:
         """(m,) upper end."""
-        return self.values + self.quantile * self.standard_errors
+        bounds = [each.high for each in self.unknowns]
+        return np.minimum(bounds, self.values + self.quantile * self.standard_errors)
 
     @property
     def correlation(self) -> np.ndarray:
@@ -133,20 +129,27 @@ def identify(
     setup: Setup | None = None,
     orientations: bool = False,
     loss: str = "huber",
+    base_tracker: bool = False,
     watch: Watch | None = None,
 ) -> Fit:
     """The numbers ``free`` of robot and bench that explain the trials best.
 
     free: names of `Setup`'s numbers and of the robot's (`Robot.parameters`). setup: where to start, and what is held.
     orientations: whether measured orientations count beside positions. loss: "huber", or "squares" without robustness.
-    watch(done, of at most, what) is told of each evaluation. Trials without T_world_field are registered first.
+    base_tracker: whether what a tracker on the base sees of the exit counts for base_x ... base_roll, where the world
+    does not hang on it; its holder must then be mounted as the trial says. watch(done, of at most, what) is told of
+    each evaluation. Trials without T_world_field are registered first, and the registration's uncertainty is in the
+    intervals.
 
-    Raises `InvalidInput` by name, also where the data cannot determine what was asked, and `NotConverged` where the
-    model has no equilibrium at the start or the fit does not settle.
+    Raises `InvalidInput` by name, also where the data cannot determine what was asked, `NotConverged` where the model
+    has no equilibrium at the start, and `TendonrodError` where the fit does not settle.
     """
     one_of("loss", loss, ("huber", "squares"))
-    before = setup or Setup()
-    problem = Problem(registered(checked(trials)), tuple(free), before, orientations, watch)
+    trials = checked(trials)
+    problem = Problem(registered(trials), tuple(free), setup or Setup(), orientations, registrations(trials))
+    problem.watch = watch
+    if base_tracker:
+        problem.prior = seen_base(problem)
     fit = fitted(problem, loss)
     problem.watch = None  # profiles and cross-validation tell their own progress
     return fit
@@ -161,83 +164,6 @@ def checked(trials: Sequence[Trial]) -> tuple[Trial, ...]:
     return tuple(trials)
 
 
-class Problem:
-    """Errors and derivatives of all poses as functions of the unknowns, in multiples z of what is plausible."""
-
-    def __init__(
-        self, trials: tuple[Trial, ...], free: tuple[str, ...], setup: Setup, orientations: bool, watch: Watch | None
-    ) -> None:
-        self.unknowns = unknowns(free, trials, setup)
-        self.trials, self.free, self.setup, self.watch = trials, free, setup, watch
-        self.misfit = Misfit(trials, orientations)
-        self.predictor = Predictor(trials, free)
-        self.unit = np.array([each.plausible for each in self.unknowns])
-        self.low = np.array([each.low for each in self.unknowns]) / self.unit
-        self.high = np.array([each.high for each in self.unknowns]) / self.unit
-        self.start = np.array([each.start for each in self.unknowns]) / self.unit
-        self.evaluations, self.solves = 0, 0
-        self._last: tuple[np.ndarray, Prediction] | None = None
-
-    def setup_at(self, z: np.ndarray) -> Setup:
-        """The setup with these unknowns."""
-        return self.setup.changed(dict(zip(self.free, (z * self.unit).tolist(), strict=True)), self.trials)
-
-    def at(self, z: np.ndarray) -> Prediction:
-        """The prediction; that of the last z is kept."""
-        if self._last is None or not np.array_equal(self._last[0], z):
-            found = self.predictor(self.setup_at(z))
-            self.evaluations, self.solves = self.evaluations + 1, self.solves + found.solves
-            self._last = z.copy(), found
-            self._tell(found)
-        return self._last[1]
-
-    def _tell(self, found: Prediction) -> None:
-        if self.watch is not None:
-            e = np.linalg.norm(self.misfit.errors(found)[:, :3], axis=1)
-            done = ROUNDS * self.evaluations / (ROUNDS + self.evaluations)  # nobody knows how many there will be
-            self.watch(
-                round(100 * done), 100 * ROUNDS, f"evaluation {self.evaluations}, median {1e3 * np.median(e):.3g} mm"
-            )
-
-    def minimise(
-        self, z: np.ndarray, sigma: np.ndarray, G: np.ndarray, weights: np.ndarray, held: int | None = None,
-        drawn: float = 0.0,
-    ) -> tuple[np.ndarray, float]:  # fmt: skip
-        """(z with the least weighted squares, that sum); the unknown ``held`` stays where it is.
-
-        drawn: how much a plausible departure from the start counts, in errors; then coarsely, to start from.
-        """
-        from scipy.optimize import least_squares
-
-        free = np.arange(z.size) != (-1 if held is None else held)
-
-        def full(part: np.ndarray) -> np.ndarray:
-            whole = z.copy()
-            whole[free] = part
-            return whole
-
-        def errors(part: np.ndarray) -> np.ndarray:
-            try:
-                e = self.misfit.errors(self.at(full(part)))
-            except (NotConverged, InvalidInput):  # no equilibrium or no such robot: a shorter step is taken
-                return np.full(weights.size * self.misfit.d + part.size, np.inf)
-            white = self.misfit.whitened(e[..., None], sigma, G, weights)[:, 0]
-            return np.append(white, drawn * (part - self.start[free]))
-
-        def slopes(part: np.ndarray) -> Any:
-            X, _ = self.misfit.slopes(self.at(full(part)))
-            white = self.misfit.whitened((X * self.unit)[..., free], sigma, G, weights)
-            return np.vstack([-white, drawn * np.eye(part.size)])
-
-        if not free.any():
-            return z, float(np.sum(errors(z[free]) ** 2))
-        bounds = self.low[free], self.high[free]
-        start = np.clip(z[free], *bounds)
-        limits = LIMITS | COARSE if drawn else LIMITS
-        found = least_squares(errors, start, slopes, bounds, **limits)  # pyright: ignore[reportArgumentType]
-        return full(found.x), 2.0 * float(found.cost)
-
-
 def fitted(problem: Problem, loss: str) -> Fit:
     """The fit, from the start of ``problem``; see `identify`."""
     misfit, z, before = problem.misfit, problem.start, problem.setup
@@ -246,6 +172,9 @@ def fitted(problem: Problem, loss: str) -> Fit:
     distance_before = misfit.body_distances(start, before.holder)
     sigma, weights = misfit.noise(e), np.ones(len(e))
     check_determined(problem.unknowns, misfit.whitened(X, misfit.noise(np.zeros_like(e)), G, weights), problem.trials)
+    if e.size <= len(z):
+        allowed = f"fewer: {len(e)} used pose{'s' * (len(e) > 1)} cannot determine {len(z)}"
+        raise InvalidInput("free", Fact(", ".join(problem.free)), allowed)
     far, _ = _weights(misfit.distances(e, sigma, G), misfit.d, loss)
     z, _ = problem.minimise(z, sigma, G, weights, drawn=max(1.0, far))  # else numbers little felt there may run away
     step = np.inf
@@ -262,11 +191,13 @@ def fitted(problem: Problem, loss: str) -> Fit:
         if step < SETTLED * scale and np.abs(weights - kept).max() < 0.05:
             break
     else:
-        advice = "free fewer numbers, or start nearer by giving them in the setup"
-        raise NotConverged(
-            status="the identification did not settle", load_factor=1.0, residual=float(step), advice=advice
+        told = ", ".join(f"{u.name} {u.told(x)}" for u, x in zip(problem.unknowns, z * problem.unit, strict=True))
+        raise TendonrodError(
+            f"the identification did not settle in {problem.evaluations} evaluations, last at {told}: free fewer "
+            "numbers, start them nearer, or look for samples that do not belong"
         )
     full = misfit.whitened(X, sigma, G, (weights > 0.0).astype(float))
+    full = np.vstack([full, np.diag(problem.prior.per_error)])
     m, n = len(z), int((weights > 0.0).sum()) * misfit.d
     check_determined(problem.unknowns, full / scale, problem.trials, z * problem.unit)
     covariance = _spread(distances, weights, misfit.d, scale) * n / max(1, n - m) * np.linalg.inv(full.T @ full)

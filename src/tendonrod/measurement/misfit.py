@@ -1,7 +1,8 @@
 """`Misfit`: measured less predicted poses, whitened by the noise of trackers and of the tension that drove the model.
 
 A wrong reading of the tension moves all trackers of a sample together, along the model's slope G: their covariance is
-C = diag(sigma^2) + sigma_tau^2 G G^T. Robust weights stretch the trackers' part of it.
+C = diag(sigma^2) + sigma_tau^2 G G^T. Robust weights stretch the trackers' part of it. A registration that is a little
+off moves all poses that hang on it: a further part B B^T of the covariance, which all samples share.
 """
 
 from __future__ import annotations
@@ -10,14 +11,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..errors import InvalidInput
-from ..rotation import log_so3
+from ..errors import Fact, InvalidInput
+from ..rotation import hat, log_so3
 from .prediction import Prediction
-from .registration import without_offset, world_poses
+from .registration import Registration, without_offset, world_poses
 from .trial import Trial
 
 MEDIAN_3 = 2.365974  # of chi-squared with three degrees of freedom
-SMALLEST = 1e-7  # m and rad, of an estimated noise
+SMALLEST = 2e-6  # m and rad, of an estimated noise: the model itself is no better
 IGNORED = 1e-9  # weight of a pose that does not count
 
 
@@ -27,8 +28,10 @@ class Misfit:
     where: (N, 3) trial, sample and tracker.
     """
 
-    def __init__(self, trials: Sequence[Trial], orientations: bool = False) -> None:
+    def __init__(self, trials: Sequence[Trial], orientations: bool = False, known: Sequence[Registration] = ()) -> None:
         self.trials, self.orientations = tuple(trials), orientations
+        if not self.trials:
+            raise InvalidInput("trials", Fact("none"), "one or more with used samples on the robot")
         found = [np.argwhere(each.kept & each.on_robot) for each in trials]
         self.where = np.concatenate([np.insert(rows, 0, i, axis=1) for i, rows in enumerate(found)])
         if not len(self.where):
@@ -42,6 +45,26 @@ class Misfit:
             raise InvalidInput("orientations", True, "False: no tracker has both its turn and measured orientations")
         _, which, counts = np.unique(self.where[:, :2], axis=0, return_inverse=True, return_counts=True)
         self.sample, self.counts = which.ravel(), counts
+        self.loose = self._loose(known)
+
+    def _loose(self, known: Sequence[Registration]) -> np.ndarray:
+        """(N, d, q) how poses move, one standard error each, with what registrations do not know of the world.
+
+        A registration by the base tracker is off by the same motion for all that hangs on it: shifts and turns about
+        the world's origin.
+        """
+        columns = [np.empty((len(self.where), self.d, 0))]
+        for each in {id(each): each for each in known}.values():
+            shift, turn = np.nan_to_num(each.standard_error)
+            mine = np.array([known[i] is each for i in self.where[:, 0]])
+            if not mine.any() or shift == turn == 0.0:
+                continue
+            block = np.zeros((len(self.where), self.d, 6))
+            block[mine, :3, :3], block[mine, :3, 3:] = shift * np.eye(3), -turn * hat(self.position[mine])
+            if self.orientations:
+                block[mine & self.turned, 3:, 3:] = turn * np.eye(3)
+            columns.append(block)
+        return np.concatenate(columns, axis=2)
 
     def _trackers(self):
         return [self.trials[i].trackers[j] for i, _, j in self.where]
@@ -95,7 +118,18 @@ class Misfit:
         return np.sqrt(np.einsum("ni,ni->n", e, np.linalg.solve(C, e[..., None])[..., 0]))
 
     def whitened(self, a: np.ndarray, sigma: np.ndarray, G: np.ndarray, weights: np.ndarray) -> np.ndarray:
-        """(N d, m) of ``a`` (N, d, m): unit covariance, poses weighted; G (N, d, T)."""
+        """(N d, m) of ``a`` (N, d, m): unit covariance, poses weighted; G (N, d, T).
+
+        What registrations do not know, `loose`, is a part of the covariance that all poses share.
+        """
+        white = self._blockwise(a, sigma, G, weights)
+        if not self.loose.shape[2]:
+            return white
+        U, S, _ = np.linalg.svd(self._blockwise(self.loose, sigma, G, weights), full_matrices=False)
+        return white - U @ ((1.0 - 1.0 / np.sqrt(1.0 + S**2))[:, None] * (U.T @ white))
+
+    def _blockwise(self, a: np.ndarray, sigma: np.ndarray, G: np.ndarray, weights: np.ndarray) -> np.ndarray:
+        """`whitened`, sample by sample."""
         found = np.empty_like(a)
         spread = sigma / np.sqrt(np.maximum(weights, IGNORED))[:, None]
         G = self.reading_noise[:, None, None] * G

@@ -48,7 +48,7 @@ def expanded(free: Sequence[str], trials: Sequence[Trial], setup: Setup) -> tupl
     found: list[str] = []
     for name in free:
         if name in GROUPS:
-            found += _across_gravity(trials) if name == "gravity_tilt" else GROUPS[name]
+            found += across_gravity(trials) if name == "gravity_tilt" else GROUPS[name]
         else:
             check_name("free", name, trials, setup)
             found.append(name)
@@ -76,7 +76,8 @@ def _known(name: str, of_robot: list[str]) -> str:
     return f"a number of the bench ({bench}) or of the robot ({', '.join(of_robot)}){hint}"
 
 
-def _across_gravity(trials: Sequence[Trial]) -> tuple[str, ...]:
+def across_gravity(trials: Sequence[Trial]) -> tuple[str, ...]:
+    """Those of gravity_tilt that change something: a turn about the one line of all gravity changes nothing."""
     pulls = np.array([each.gravity for each in trials if any(each.gravity)]).reshape(-1, 3)
     alike = len(pulls) > 0 and np.linalg.matrix_rank(pulls) == 1
     along = int(np.argmax(np.abs(pulls).sum(axis=0))) if alike else None

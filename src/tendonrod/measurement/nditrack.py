@@ -16,7 +16,7 @@ from os import PathLike, fspath
 import numpy as np
 
 from ..errors import Fact, InvalidInput
-from .sheet import Sheet, cell_lines
+from .sheet import SAVE_OR_SAY, Sheet, cell_lines
 from .trial import UNIT
 
 USABLE = frozenset({"", "ok", "okay", "valid", "enabled", "partiallyoutofvolume"})  # letters only, lower case
@@ -43,7 +43,8 @@ class Block:
 class Track:
     """What an NDI file holds: n rows of k tools. time (n,) s, counted by the tracker; NaN without a time column.
 
-    frame (n,) NaN without numbers. position (n, k, 3) m, orientation (n, k, 4), quality (n, k) m, state (n, k).
+    frame (n,) NaN without numbers. Both are those of the first tool that has them in a row. position (n, k, 3) m,
+    orientation (n, k, 4), quality (n, k) m, state (n, k).
     apart: rows in which the tools' frame numbers differ.
     """
 
@@ -58,15 +59,15 @@ class Track:
     apart: int
 
 
-def is_ndi(path: str | PathLike[str]) -> bool:
-    """Whether a header of NDI's stands in the first lines."""
-    return _header(cell_lines("path", fspath(path))) is not None
+def is_ndi(path: str | PathLike[str], encoding: str | None = None) -> bool:
+    """Whether a header of NDI's stands in the first lines. encoding: of `text_of`."""
+    return _header(cell_lines("path", fspath(path), encoding=encoding, hint=SAVE_OR_SAY)) is not None
 
 
-def read_track(path: str | PathLike[str]) -> Track:
+def read_track(path: str | PathLike[str], encoding: str | None = None) -> Track:
     """The poses of an NDI track file, before anything is known of the robot."""
     name = fspath(path)
-    lines = cell_lines("path", name)
+    lines = cell_lines("path", name, encoding=encoding, hint=SAVE_OR_SAY)
     head = _header(lines)
     if head is None:
         allowed = "a track file of NDI's: columns Q0, Qx, Qy, Qz, Tx, Ty, Tz for each tool"
@@ -172,18 +173,30 @@ def _track(sheet: Sheet, blocks: list[Block]) -> Track:
     place[wrong] = np.nan
     pose[wrong] = np.nan
     _check_turns(sheet, blocks, pose[..., :4])
-    first = blocks[0]
+    times = np.stack([nothing if b.time is None else sheet.numbers(b.time) for b in blocks], axis=1)
+    counted = _counted(frames, wrong)
     return Track(
         name=sheet.name,
         tools=tuple(b.tool for b in blocks),
-        frame=frames[:, 0],
-        time=nothing if first.time is None else sheet.numbers(first.time),
+        frame=_first_known(counted, frames),
+        time=_first_known(_counted(times, wrong), times),
         position=place,
         orientation=pose[..., :4],
         quality=np.stack([nothing if b.error is None else np.abs(sheet.numbers(b.error, _MM)) for b in blocks], axis=1),
         state=state,
-        apart=int((np.nanmax(frames, axis=1) != np.nanmin(frames, axis=1)).sum()) if np.isfinite(frames).all() else 0,
+        apart=int((np.fmax.reduce(counted, axis=1) > np.fmin.reduce(counted, axis=1)).sum()),
     )
+
+
+def _counted(stamps: np.ndarray, wrong: np.ndarray) -> np.ndarray:
+    """``stamps`` (n, k), frames or times, without the 0 that stands where a missing tool has none."""
+    return np.where(wrong & (stamps == 0.0), np.nan, stamps)
+
+
+def _first_known(*stamps: np.ndarray) -> np.ndarray:
+    """(n,) the first number in each row of arrays (n, k); NaN where there is none."""
+    row = np.concatenate(stamps, axis=1)
+    return row[np.arange(len(row)), np.isfinite(row).argmax(axis=1)]
 
 
 def _check_turns(sheet: Sheet, blocks: list[Block], turns: np.ndarray) -> None:

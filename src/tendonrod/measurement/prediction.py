@@ -8,15 +8,18 @@ samples are solved in order, each with the last as its history, and derivatives 
 from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
+from ..robot import Robot
 from ..rotation import log_so3
 from ..statics.shape import Shape
 from .family import Family, family_key
 from .setup import Setup
-from .trial import Trial
+from .steadied import steadied
+from .trial import EXPOSED, Trial
 
 TOLERANCE = np.array([1e-6] * 3 + [1e-4] * 9)  # m, rad, of position and frame between Chebyshev points
 COUNTS = (7, 13, 25)  # Chebyshev points; each set holds those before
@@ -28,8 +31,8 @@ class Prediction:
     """The sensors of each trial as the model has them, world frame, SI; NaN where a sample is not used.
 
     position[i] (n, k, 3), rotation[i] (n, k, 3, 3). columns[i] (n, k, 6, m): derivatives of the position, and as
-    rotation vectors, by the numbers ``names``. slope[i] (n, k, 6, T): by the reading of each tendon's tension, N, or
-    displacement, m. solves: how many equilibria were solved.
+    rotation vectors, by the numbers ``names``. slope[i] (n, k, 6, T): by the reading of each tendon's tension, N; 0
+    where it is slack or driven by displacement, and NaN without names. solves: how many equilibria were solved.
     """
 
     names: tuple[str, ...]
@@ -54,6 +57,15 @@ class Predictor:
     def __init__(self, trials: Sequence[Trial], names: Sequence[str] = ()) -> None:
         self.trials, self.names = tuple(trials), tuple(names)
         self.shapes: dict[Hashable, Shape] = {}
+
+    @cached_property
+    def steady(self) -> tuple[Trial, ...]:
+        """The trials with tensions that turn only where they do so beyond their noise."""
+        found = []
+        for trial in self.trials:
+            columns = [steadied(column, trial.tension_noise) for column in trial.tensions.T]
+            found.append(replace(trial, tensions=np.array(columns).T.reshape(trial.tensions.shape)))
+        return tuple(found)
 
     def __call__(self, setup: Setup) -> Prediction:
         for name in self.names:
@@ -111,7 +123,6 @@ class Predictor:
     def _rubbing(self, setup: Setup) -> Prediction:
         base, solves = self._run(setup)
         columns = [np.full((*each.shape[:2], 6, len(self.names)), np.nan) for each in base.position]
-        slope = [np.full((*each.position.shape[:2], 6, each.robot.n_tendons), np.nan) for each in self.trials]
         for j, name in enumerate(self.names):
             value = setup.value(name, self.trials)
             step = SMALL * (abs(value) or 1.0) if name not in _STEPS else _STEPS[name]
@@ -119,14 +130,13 @@ class Predictor:
             solves += more
             for i, each in enumerate(columns):
                 each[..., j] = _difference(base, moved, i, step)
-        if any(each.tension_noise for each in self.trials):
-            step = _STEPS["tension_zero"]
-            moved, more = self._run(setup.changed({"tension_zero": setup.tension_zero - step}, self.trials))
-            solves += more
-            for i, each in enumerate(slope):  # a reading of one tendon moves with that of the others
-                each[:] = (_difference(base, moved, i, step) / max(1, each.shape[-1]))[..., None]
-        fields = {"names": self.names, "columns": tuple(columns), "slope": tuple(slope), "solves": solves}
+        fields = {"names": self.names, "columns": tuple(columns), "slope": self._slopes(setup), "solves": solves}
         return Prediction(position=base.position, rotation=base.rotation, **fields)
+
+    def _slopes(self, setup: Setup) -> tuple[np.ndarray, ...]:
+        """By the readings, as if nothing rubbed: good enough to say what their noise does."""
+        smooth = [replace(each, robot=_slippery(setup.robot_of(each))) for each in self.trials]
+        return Predictor(smooth, ("tension_zero",))(replace(setup, robot=None)).slope
 
     def _run(self, setup: Setup) -> tuple[Prediction, int]:
         """All samples in the order of time, without derivatives."""
@@ -135,8 +145,9 @@ class Predictor:
             if not (trial.kept & trial.on_robot).any():
                 continue
             shape, driven = None, (np.isfinite(trial.tensions) | np.isfinite(trial.displacements)).all(axis=1)
-            for row in np.flatnonzero(driven & np.isfinite(trial.insertion + trial.rotation) & (trial.insertion > 0.0)):
-                family = Family(self.trials, setup, (), [(i, np.array([row]))])
+            exposed = trial.insertion * trial.robot.length_na >= EXPOSED
+            for row in np.flatnonzero(driven & exposed & np.isfinite(trial.rotation)):
+                family = Family(self.steady, setup, (), [(i, np.array([row]))])
                 key = (i, int(row))
                 shape = family.solve(family.inputs[0], self.shapes.get(key) or shape, history=shape, steps=32)
                 self.shapes[key] = shape
@@ -155,6 +166,11 @@ _STEPS = {
     "displacement_zero": 1e-6,
     "tendon_friction": 1e-3,
 }
+
+
+def _slippery(robot: Robot) -> Robot:
+    numbers = robot.parameters()
+    return robot.replace(**{name: 0.0 for name in numbers if name.endswith("friction")})
 
 
 def _difference(base: Prediction, moved: Prediction, i: int, step: float) -> np.ndarray:

@@ -55,6 +55,7 @@ def _variance(fit: Fit, weights: np.ndarray, i: int) -> float:
     """Squares of whitened errors that count as one standard error squared."""
     X, _ = fit.problem.misfit.slopes(fit.problem.at(fit.values / fit.problem.unit))
     white = fit.problem.misfit.whitened(X, *fit.noise, weights)
+    white = np.vstack([white, np.diag(fit.problem.prior.per_error)])
     return float(fit.covariance[i, i] / np.linalg.inv(white.T @ white)[i, i])
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..errors import InvalidInput, finite, nonnegative, positive
+from ..errors import Fact, InvalidInput, finite, nonnegative, positive
 from ..loads import LumpedMass
 from ..robot import Robot
 from ..rotation import exp_so3
@@ -142,8 +142,23 @@ def the_robot(setup: Setup, trials: Sequence[Trial]) -> Robot:
     robots = list(dict.fromkeys(setup.robot_of(each) for each in trials))
     if len(robots) != 1:
         names = ", ".join(dict.fromkeys(each.name for each in robots))
-        raise InvalidInput("trials", names, "of one robot, the same in every number")
+        raise InvalidInput(
+            "trials", Fact(names), f"of one robot: {_difference(*robots[:2])}; give the one that is meant"
+        )
     return robots[0]
+
+
+def _difference(a: Robot, b: Robot) -> str:
+    """The first thing in which two robots differ."""
+    if a.name != b.name:
+        return f"there are {a.name} and {b.name}"
+    if a.torsion != b.torsion:
+        return f"{a.name} comes with torsion {a.torsion} and with torsion {b.torsion}"
+    one, other = a.parameters(), b.parameters()
+    for name in {**one, **other}:
+        if one.get(name) != other.get(name):
+            return f"{a.name} comes with {name} {one.get(name)} and {other.get(name)}"
+    return f"{a.name} comes with two routings of tendons"
 
 
 def places(trial: Trial, robot: Robot) -> np.ndarray:

@@ -20,6 +20,8 @@ LEAST = -1e28  # NDI's software writes -3.697314E28 for a number that it does no
 NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
 WITH_COMMA = re.compile(r"[-+]?\d*,\d+([eE][-+]?\d+)?")
 WITH_POINT = re.compile(r"[-+]?\d*\.\d+([eE][-+]?\d+)?")
+_SAVE = ": save it as CSV UTF-8"
+SAVE_OR_SAY = f'{_SAVE}, or say encoding = "cp1252" (Western Windows) in the column map'
 FORM = 'a number, or nothing, "-", "nan" or "missing" where nothing was measured'
 
 
@@ -61,9 +63,14 @@ class Sheet:
         return f"{self.name}: {self.where[k]}, column {j + 1} {self.header[j]}"
 
 
-def cell_lines(field: str, name: str, delimiter: str | None = None) -> list[tuple[int, list[str]]]:
-    """(line, cells) of the rows of the file ``name`` that are not blank; delimiter None: found in the first line."""
-    text = text_of(field, name, "CSV")
+def cell_lines(
+    field: str, name: str, delimiter: str | None = None, encoding: str | None = None, hint: str = _SAVE
+) -> list[tuple[int, list[str]]]:
+    """(line, cells) of the rows of the file ``name`` that are not blank; delimiter None: found in the first line.
+
+    encoding, hint: of `text_of`.
+    """
+    text = text_of(field, name, "CSV", encoding, hint)
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter or delimiter_of(text))
     try:
         return [(reader.line_num, cells) for cells in reader if any(cells)]
@@ -79,13 +86,20 @@ def delimiter_of(text: str) -> str:
     return ","
 
 
-def read_sheet(name: str, delimiter: str | None = None, decimal: str | None = None) -> Sheet:
+def read_sheet(
+    name: str,
+    delimiter: str | None = None,
+    decimal: str | None = None,
+    encoding: str | None = None,
+    field: str = "path",
+) -> Sheet:
     """The CSV file ``name``; lines before the header that start with # are passed over.
 
-    delimiter, decimal: None where they are to be found; a decimal comma needs another delimiter. Raises
-    `InvalidInput` by row.
+    delimiter, decimal, encoding: None where they are to be found; a decimal comma needs another delimiter. field: what
+    the file is called in the error of one that cannot be read. Raises `InvalidInput` by row.
     """
-    lines = [(line, [cell.strip() for cell in cells]) for line, cells in cell_lines("path", name, delimiter)]
+    found = cell_lines(field, name, delimiter, encoding, SAVE_OR_SAY)
+    lines = [(line, [cell.strip() for cell in cells]) for line, cells in found]
     while lines and lines[0][1][0].startswith("#"):
         lines.pop(0)
     if not lines:
@@ -93,11 +107,22 @@ def read_sheet(name: str, delimiter: str | None = None, decimal: str | None = No
     header = lines[0][1]
     while header and not header[-1]:  # a delimiter at the line's end
         header.pop()
+    _check_titles(name, header)
     where = [f"row {k} (line {line})" for k, (line, _) in enumerate(lines[1:], 1)]
     cells = [_fitted(f"{name}: {at}", row, header) for at, (_, row) in zip(where, lines[1:], strict=True)]
     if not cells:
         raise InvalidInput(f"{name}: rows", Fact("none"), "given below the header")
     return Sheet(name=name, header=header, cells=cells, where=where, decimal=decimal or _decimal(name, cells))
+
+
+def _check_titles(name: str, header: list[str]) -> None:
+    """A file without titles would lose its first row, and say that columns are missing."""
+    parts = [part.strip() for each in header for part in each.split(";")]  # of decimal commas taken for delimiters
+    if parts and all(NUMBER.fullmatch(each) or WITH_COMMA.fullmatch(each) for each in parts):
+        shown = ", ".join(header[:3]) + (", ..." if len(header) > 3 else "")
+        raise InvalidInput(
+            f"{name}: titles", Fact(shown), "a row of titles, as time_s; here the first row holds numbers"
+        )
 
 
 def _fitted(where: str, row: list[str], header: list[str]) -> list[str]:

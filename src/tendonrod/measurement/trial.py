@@ -7,6 +7,7 @@ model: x points from the neutral axis to the tube's axis. Quaternions are (w, x,
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
@@ -21,11 +22,12 @@ from ..robot import Robot
 KEPT = "kept"
 MISSING_POSE = "missing pose"
 POOR_QUALITY = "poor quality"
-REPEATED_TIME = "time not after the sample before"
+REPEATED_TIME = "time repeated or out of order"
 NO_DRIVE = "neither tension nor displacement"
 NO_PLACE = "no insertion or rotation"
 RETRACTED = "tracker inside the outer tube"
 ROBOT, BASE = "robot", "base"
+EXPOSED = 1e-6  # m, of the robot, below which all of it counts as inside
 UNIT = 1e-3  # by how much the length of a quaternion may be off
 
 
@@ -227,6 +229,7 @@ class Trial:
         length = self.robot.length_na
         with np.errstate(invalid="ignore"):
             hidden = self.places < (1.0 - self.insertion[:, None]) * length * (1.0 - 1e-9)
+            hidden |= self.insertion[:, None] * length < EXPOSED
             poor = self.quality > (np.inf if self.quality_limit is None else self.quality_limit)
         reasons = (  # the first stands in the end
             (RETRACTED, np.logical_and(self.on_robot, hidden)),
@@ -282,9 +285,20 @@ def _is_missing(given: object) -> bool:
 
 
 def _later(time: np.ndarray) -> np.ndarray:
-    """(n,) whether a time is after all before it; NaN is not."""
-    before = np.fmax.accumulate(np.concatenate([[-np.inf], time[:-1]]))
-    return time > before
+    """(n,) the longest run of samples whose times increase, the first of equal ones: a wild stamp costs itself only."""
+    ends: list[float] = []  # least last time of a run of each length, and which sample that is
+    last: list[int] = []
+    before = np.full(time.size, -1)
+    for i, at in enumerate(time.tolist()):
+        k = bisect_left(ends, at) if at == at else -1
+        if k < 0 or (k < len(ends) and ends[k] == at):
+            continue
+        before[i] = last[k - 1] if k else -1
+        ends[k : k + 1], last[k : k + 1] = [at], [i]
+    found, i = np.zeros(time.size, dtype=bool), last[-1] if last else -1
+    while i >= 0:
+        found[i], i = True, int(before[i])
+    return found
 
 
 def _check_each(name: str, values: np.ndarray, wrong: np.ndarray, allowed: str) -> None:

@@ -49,6 +49,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from io import BytesIO
 from math import isnan
 from os import PathLike, fspath
 from types import MappingProxyType
@@ -78,8 +79,20 @@ def write_trial(trial: Trial, path: str | PathLike[str]) -> None:
     dataset = to_dataset(trial)
     numeric = {name: each for name, each in dataset.variables.items() if each.dtype.kind in "fi"}
     plain = {name: {"_FillValue": None, "fletcher32": bool(each.dims)} for name, each in numeric.items()}
+    content = _netcdf(dataset, plain)
     with complete("trial file", target) as draft:
-        dataset.to_netcdf(draft, engine="h5netcdf", encoding=plain)
+        draft.write_bytes(content)
+
+
+def _netcdf(dataset: xr.Dataset, encoding: dict[Any, Any]) -> bytes:
+    """The file's bytes, made in memory: HDF5 takes the process down where it closes a file on a disk that is full."""
+    import h5netcdf
+    from xarray.backends import H5NetCDFStore
+
+    buffer = BytesIO()
+    with h5netcdf.File(buffer, "w") as file:
+        dataset.dump_to_store(H5NetCDFStore(file), encoding=encoding)  # pyright: ignore[reportArgumentType]
+    return buffer.getvalue()
 
 
 def read_trial(path: str | PathLike[str]) -> Trial:

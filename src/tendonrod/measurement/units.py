@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from decimal import Decimal
 
 from ..errors import Fact, InvalidInput
@@ -52,6 +53,19 @@ def parsed_title(title: str) -> tuple[str, str | None]:
 def plain(name: str) -> str:
     """``name`` in lower case, words joined by _."""
     return re.sub(r"\W+", "_", name.strip().lower()).strip("_")
+
+
+def check_apart(names: Iterable[str]) -> None:
+    """Raises `InvalidInput` for trackers whose columns would have the same titles, or titles without a name."""
+    found: dict[str, str] = {}
+    for name in names:
+        start = plain(name)
+        if not start:
+            raise InvalidInput("trackers", [name], "of names with a letter or a digit, for the titles of their columns")
+        if start in found:
+            allowed = f"of names whose columns differ; {start}_x, {start}_y and so on would be of both"
+            raise InvalidInput("trackers", [found[start], name], allowed)
+        found[start] = name
 
 
 def factor(field: str, kind: str, unit: str | None) -> Decimal | None:

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
 from ..measurement.diagnosis import Cause, Diagnosis
-from .style import BLUE, GREEN, INK, MM, PALE, QUIET, new_figure, styled
+from .style import BLUE, GREEN, INK, MM, PALE, new_figure, styled
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-PAPER = {"facecolor": "white", "edgecolor": "none", "pad": 1.0}
 ROOM = 0.235  # inches, of a bar
+COLUMN = 1.17  # of the axes' width, where the numbers beside the bars end
 
 
 def causes_figure(found: Diagnosis) -> Figure:
@@ -22,25 +24,29 @@ def causes_figure(found: Diagnosis) -> Figure:
     with styled():
         figure = new_figure(0.75 + ROOM * (len(bars) + 0.6))
         axes = figure.subplots()
-        figure.subplots_adjust(0.30, 0.5 / figure.get_figheight(), 0.97, 1.0 - 0.28 / figure.get_figheight())
+        figure.subplots_adjust(0.30, 0.5 / figure.get_figheight(), 0.85, 1.0 - 0.28 / figure.get_figheight())
         where = [k + (0.6 if k >= len(together) else 0.0) for k in range(len(bars))]
         colours = [GREEN if each in together else BLUE for each in bars]
         axes.barh(where, [MM * each.rmse for each in bars], color=colours, height=0.72)
         axes.set_yticks(where, [_name(each, found) for each in bars])
         axes.axvline(MM * found.rmse, color=INK, lw=0.9, ls=(0, (3.5, 1.5)))
-        right = 1.28 * MM * found.rmse
-        axes.set_xlim(0.0, right)
-        for y, each in zip(where, bars, strict=True):
-            said = f"{100 * each.explained:.{1 if each.explained > 0.95 else 0}f} %"
-            axes.text(MM * each.rmse + 0.006 * right, y, said, va="center", size=7, color=QUIET, bbox=PAPER)
-        axes.text(
-            MM * found.rmse, 1.0, " as it stands", color=INK, size=7, transform=axes.get_xaxis_transform(), va="bottom"
-        )
-        axes.set_xlabel("RMSE left (mm); in grey the share of the squared error that is explained")
+        axes.set_xlim(0.0, 1.03 * MM * max([found.rmse, *(each.rmse for each in bars)]))
+        _shares(axes, where, bars)
+        above: Any = {"size": 7, "va": "bottom", "ha": "right", "transform": axes.get_xaxis_transform()}
+        axes.text(MM * found.rmse, 1.01, "as it stands ", color=INK, **above)
+        axes.set_xlabel("RMSE left (mm)")
         axes.grid(axis="y", visible=False)
         axes.tick_params(axis="y", length=0)
         axes.spines["left"].set_color(PALE)
     return figure
+
+
+def _shares(axes: Axes, where: Sequence[float], bars: Sequence[Cause]) -> None:
+    """What each cause explains, in a column beside the axes, where no line runs through it."""
+    edge = axes.get_yaxis_transform()
+    for y, each in zip(where, bars, strict=True):
+        axes.text(COLUMN, y, f"{100.0 * each.explained:.1f} %", ha="right", va="center", size=7.5, transform=edge)
+    axes.text(COLUMN, 1.01, "squared error\nexplained", ha="right", va="bottom", size=7, transform=axes.transAxes)
 
 
 def _name(cause: Cause, found: Diagnosis) -> str:

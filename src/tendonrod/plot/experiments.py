@@ -46,11 +46,13 @@ def experiment_figure(experiment: Experiment, true: Sequence[TrueTrial], trials:
         figure = new_figure(6.0)
         _in_space(figure, experiment, true[-1], [(colours[place], track) for place, track in found])
         for k, name in enumerate("xyz"):
-            axes = figure.add_axes((0.075 + 0.325 * k, 0.075, 0.255, 0.31))
+            axes = figure.add_axes((0.085 + 0.325 * k, 0.075, 0.255, 0.31))
             _against_drive(axes, k, [(colours[place], track) for place, track in found if place is not None])
-            labelled(axes, "measured tension (N)" if driven else "time (s)", f"{name} of the sensor (mm)")
-            titled(axes, "bcd"[k], f"{name}, world frame")
-        figure.legend(handles=_legend(colours), loc="upper left", bbox_to_anchor=(0.005, 0.965), ncols=len(places) + 3)
+            labelled(axes, "measured tension (N)" if driven else "time (s)", f"{name} (mm)")
+            titled(axes, "bcd"[k], f"{name} of the sensors, world")
+        where: Any = {"loc": "upper left", "columnspacing": 1.4, "handletextpad": 0.5}
+        figure.legend(handles=_sensor_legend(colours), bbox_to_anchor=(0.005, 0.967), ncols=len(places) + 1, **where)
+        figure.legend(handles=_body_legend(driven), bbox_to_anchor=(0.005, 0.937), ncols=2, **where)
     return figure
 
 
@@ -95,10 +97,17 @@ def _against_drive(axes: Axes, k: int, tracks: list[tuple[str, _Track]]) -> None
         axes.plot(track.at, track.true[:, k], color=colour, lw=1.0)
 
 
-def _legend(colours: dict[float | None, str]) -> list[Any]:
+def _sensor_legend(colours: dict[float | None, str]) -> list[Any]:
     from matplotlib.lines import Line2D
 
     dots = [Line2D([], [], color=colour, label=place_name(place), **DOT | {"ms": 4.0, "alpha": 1.0})
             for place, colour in colours.items()]  # fmt: skip
-    bodies = Line2D([], [], color=INK, lw=1.6, label="true body")
-    return [*dots, bodies, Line2D([], [], color=QUIET, lw=1.4, ls=(0, (3, 1.5)), label="body as claimed")]
+    return [*dots, Line2D([], [], color=QUIET, lw=1.0, label="true place of the sensor, without noise")]
+
+
+def _body_legend(driven: bool) -> list[Any]:
+    from matplotlib.lines import Line2D
+
+    said, last = ("the more tension", "at the largest tension") if driven else ("the later", "at the end")
+    bodies = Line2D([], [], color=INK, lw=1.6, label=f"true body, the thicker, {said}")
+    return [bodies, Line2D([], [], color=QUIET, lw=1.4, ls=(0, (3, 1.5)), label=f"body as claimed, {last}")]

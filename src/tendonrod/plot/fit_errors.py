@@ -19,7 +19,7 @@ MOST_PLACES = 4
 LEAST_SPAN = 1.0  # mm, of an axis of coordinates: less is noise
 BEFORE: dict[str, Any] = {"color": VERMILION, "ls": (0, (3.5, 1.5)), "lw": 1.2}
 AFTER: dict[str, Any] = {"color": BLUE, "ls": "-", "lw": 1.2}
-_LOST: dict[str, Any] = {"ls": "", "marker": "x", "ms": 3.5, "mec": VERMILION, "mew": 0.9, "clip_on": False}
+_LOST: dict[str, Any] = {"ls": "", "marker": "x", "ms": 3.5, "mec": INK, "mew": 0.9, "clip_on": False}
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

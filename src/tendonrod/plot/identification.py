@@ -101,7 +101,7 @@ def _profile(axes: Axes, fit: Fit, profile: Profile) -> None:
     axes.axhline(level, color=VERMILION, lw=0.8)
     axes.set_ylim(-0.4, 10.5)
     axes.set_title(f"{profile.name}\n{_minus(with_error(unknown, best, error))}", fontsize=7.5)
-    axes.set_xlabel(unknown.unit or "1", labelpad=1.0)
+    axes.set_xlabel(unknown.unit or "dimensionless", labelpad=1.0)
     axes.locator_params(axis="x", nbins=5)
 
 

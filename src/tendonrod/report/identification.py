@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from ..measurement.crossvalidation import CrossValidation
+from ..measurement.fitrecord import PROFILES
 from ..measurement.fittedfile import SCENE, Provenance, fitted_robot, robot_file
 from ..measurement.identification import Fit
 from ..measurement.names import MEANINGS
@@ -20,7 +21,11 @@ from ..measurement.rounding import decimals, number, span, with_error
 from ..measurement.trial import KEPT
 from ..measurement.unknowns import Unknown
 from .chapter import Cell, Number, Picture, Table, listed, mm
+from .origin import assumed, virtual
 from .page import write_page
+from .typeset import minus, typeset, whole
+
+SHORT = 4  # remarks in the summary
 
 
 def write_identification(
@@ -34,8 +39,8 @@ def write_identification(
     """Write index.html with its tables and figures into the directory ``out``; the page's path.
 
     The sections on profiles and held-out errors are left out where there are none. The files that the page links to,
-    fit.json and so on, are written by `fittedfile` and `fitrecord`. Raises `InvalidInput` where ``out`` cannot be
-    written.
+    fit.json and so on, are written by `fittedfile` and `fitrecord`; profiles.csv of an older page goes with it where
+    there are no profiles. Raises `InvalidInput` where ``out`` cannot be written.
     """
     told = provenance or Provenance()
     tables = [number_table(fit, profiles)]  # in the order of the page
@@ -49,6 +54,7 @@ def write_identification(
         _pictures(fit, profiles, validation),
         facts(fit, profiles, validation, told),
         watch=watch,
+        beside=[PROFILES] if profiles else [],
     )
 
 
@@ -65,7 +71,8 @@ def facts(
     models = dict.fromkeys(fit.setup.robot_of(each).torsion for each in fit.trials)
     return {
         "headline": [_headline(fit, i) for i in range(len(fit.unknowns))],
-        "sentences": [_typeset(each) for each in fit.sentences],
+        "sentences": [typeset(each) for each in fit.sentences[:SHORT]],
+        "more": [typeset(each) for each in fit.sentences[SHORT:]],
         "torsion": listed(models),
         "poses": len(fit.where),
         "used": int(fit.used.sum()),
@@ -79,7 +86,8 @@ def facts(
         "loss": fit.loss,
         "orientations": fit.orientations,
         "profiles": bool(profiles),
-        "virtual": sorted({each.origin["made by"] for each in fit.trials if "made by" in each.origin}),
+        "virtual": virtual(fit.trials),
+        "assumed": assumed(fit.trials),
         "registrations": registration_lines(fit),
         "given": [f"{name} = {text}" for name, text in given(fit, provenance)],
         "date": provenance.date,
@@ -114,10 +122,10 @@ def number_table(fit: Fit, profiles: Sequence[Profile]) -> Table:
     for i, unknown in enumerate(fit.unknowns):
         value, error, low, high = (float(each[i]) for each in (fit.values, fit.standard_errors, fit.low, fit.high))
         cells = [_cell(unknown, each, error) for each in (unknown.start, value, error)]
-        row: list[Cell] = [unknown.name, *cells, _whole(span(unknown, low, high, error))]
+        row: list[Cell] = [unknown.name, *cells, whole(span(unknown, low, high, error))]
         if by:
             of = by.get(unknown.name)
-            row.append("not computed" if of is None else _whole(span(unknown, of.low, of.high, error)))
+            row.append("not computed" if of is None else whole(span(unknown, of.low, of.high, error)))
         rows.append([*row, unknown.unit or "1", _meaning(unknown)])
     likelihood = ["95 % by likelihood"] if by else []
     header = ("number", "start", "value", "standard error", "95 %", *likelihood, "unit", "what it is")
@@ -164,7 +172,7 @@ def _headline(fit: Fit, i: int) -> str:
     value = with_error(unknown, float(fit.values[i]), error)
     between = span(unknown, float(fit.low[i]), float(fit.high[i]), error)
     text = f"<b>{unknown.name} = {value}</b> (95 %: {between}; start {unknown.told(unknown.start)})"
-    return _typeset(text)
+    return minus(text)
 
 
 def _meaning(unknown: Unknown) -> str:
@@ -178,21 +186,6 @@ def _cell(unknown: Unknown, value: float, error: float) -> Cell:
 
 def _failures(found: CrossValidation) -> list[str]:
     return [f"{name}: {note}" for name, note in zip(found.folds, found.notes, strict=True) if note]
-
-
-def _typeset(text: str) -> str:
-    """With true minus signs."""
-    return "".join("−" if c == "-" and _before_digit(text, k) else c for k, c in enumerate(text))
-
-
-def _whole(text: str) -> str:
-    """The same, not to be broken."""
-    return f'<span style="white-space:nowrap">{_typeset(text)}</span>'
-
-
-def _before_digit(text: str, k: int) -> bool:
-    """Whether the hyphen at ``k`` is a minus sign: a digit follows, and no word or digit stands before it."""
-    return text[k + 1 : k + 2].isdigit() and not text[k - 1 : k].isalnum()
 
 
 def _count(n: int, what: str) -> str:

@@ -5,13 +5,15 @@ from __future__ import annotations
 import os
 import platform
 import tempfile
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..errors import InvalidInput
 from .chapter import Cell, Number, Picture, Table, plain
+from .manifest import left_behind, manifest
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -28,16 +30,19 @@ def write_page(
     facts: Mapping[str, Any],
     more: Sequence[Callable[[Path], object]] = (),
     watch: Callable[[int, int, str], None] | None = None,
+    beside: Sequence[str] = (),
     **known: Any,
 ) -> Path:
     """Write index.html from a template that extends page.html.j2, each figure as PNG and SVG, each table as CSV.
 
-    out: directory, made if need be; files of the same names are replaced once all are there, others left alone. more:
-    called with the folder to write other files to. watch(done, total, what) is called before each figure. known: more
-    that the template knows by name. Returns the page's path. Raises `InvalidInput` where ``out`` cannot be written.
+    out: directory, made if need be; files of the same names are replaced once all are there. What an older page of the
+    same template wrote there and this one does not goes, if nobody has changed it; all else is left alone. more: called
+    with the folder to write other files to. watch(done, total, what) is called before each figure. beside: names of
+    files in ``out`` that belong to the page and were written before it. known: more that the template knows by name.
+    Returns the page's path. Raises `InvalidInput` where ``out`` cannot be written.
     """
     out = Path(out)
-    try:
+    with _refused(out):
         out.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(prefix=".writing-", dir=out) as name:
             folder = Path(name)
@@ -47,12 +52,36 @@ def write_page(
                 write(folder)
             images = _drawn(pictures, folder, watch)
             text = render(template, tables, images, facts, title=title, **known)
-            (folder / PAGE).write_text(text, encoding="utf-8")
-            for file in sorted(folder.iterdir(), key=lambda file: file.name == PAGE):  # the page last
-                os.replace(file, out / file.name)
-    except OSError as error:
-        raise InvalidInput("out", str(out), f"a directory that can be written ({error.strerror or error})") from None
+            belongings = [*folder.iterdir(), *(out / each for each in beside if (out / each).is_file())]
+            (folder / PAGE).write_text(text + manifest(template, belongings), encoding="utf-8")
+            _moved(folder, out, left_behind(out / PAGE, template, [each.name for each in belongings]))
     return out / PAGE
+
+
+@contextmanager
+def _refused(out: Path) -> Iterator[None]:
+    """Whatever cannot be written, the error names ``out``, not a draft in it."""
+    try:
+        yield
+    except OSError as error:
+        reason = error.strerror or str(error)
+    except InvalidInput as error:
+        if error.field != "figure":
+            raise
+        reason = error.allowed.removeprefix("writable: ")
+    else:
+        return
+    raise InvalidInput("out", str(out), f"a directory that can be written ({reason})")
+
+
+def _moved(folder: Path, out: Path, stale: Iterable[Path]) -> None:
+    """Put the files of ``folder`` into ``out``, the page last, when what is ``stale`` has gone."""
+    for file in folder.iterdir():
+        if file.name != PAGE:
+            os.replace(file, out / file.name)
+    for file in stale:
+        file.unlink(missing_ok=True)
+    os.replace(folder / PAGE, out / PAGE)
 
 
 def render(
@@ -64,6 +93,7 @@ def render(
         "tables": {table.name: table for table in tables},
         "table_number": {table.name: k for k, table in enumerate(tables, 1)},
         "figure_number": {name: k for k, name in enumerate(images, 1)},
+        "numeric": {table.name: _numeric(table) for table in tables},
         "images": images,
         "versions": versions(),
     }
@@ -71,7 +101,7 @@ def render(
 
 
 def _environment() -> Environment:
-    """Jinja with this package's templates, the filters ``cell`` and ``html`` and the test ``number``."""
+    """Jinja with this package's templates and the filters ``cell`` and ``html``."""
     from jinja2 import Environment, FunctionLoader, StrictUndefined
     from markupsafe import Markup
 
@@ -85,13 +115,17 @@ def _environment() -> Environment:
     )
     found.filters["cell"] = lambda cell: str(cell) if isinstance(cell, Number) else Markup(cell)
     found.filters["html"] = Markup
-    found.tests["number"] = _is_number
     return found
 
 
-def _is_number(cell: Cell) -> bool:
-    """Whether a cell is to be aligned as a number."""
-    return isinstance(cell, Number) or not any(letter.isalpha() for letter in plain(cell))
+def _numeric(table: Table) -> list[bool]:
+    """Whether each column is aligned as numbers: one of its cells is a `Number`, or most of them have no letters."""
+    return [_are_numbers(column) for column in zip(*table.rows, strict=True)]
+
+
+def _are_numbers(cells: Sequence[Cell]) -> bool:
+    words = [any(letter.isalpha() for letter in plain(cell)) for cell in cells if not isinstance(cell, Number)]
+    return len(words) < len(cells) or sum(words) < 0.5 * len(words)
 
 
 def versions() -> str:

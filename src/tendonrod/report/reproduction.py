@@ -28,9 +28,9 @@ _COMPUTED, _PICTURES = 8, 12  # steps of the progress display
 def reproduce(out: str | os.PathLike[str] = "out/reproduce", steps: int = 20, watch: Watch | None = None) -> Path:
     """Recompute the paper's simulation results and write the report; returns the path of its index.html.
 
-    out: directory, made if need be; files of the same names in it are replaced, all others are left alone. steps: of
-    each follow-the-leader plan, the paper's is 20. watch(done, total, what) is called as the work goes on. Raises
-    `InvalidInput` where ``out`` cannot be written.
+    out: directory, made if need be; files of the same names in it are replaced, unchanged ones of an older report go,
+    all others stay. steps: of each follow-the-leader plan, the paper's is 20. watch(done, total, what) is called as the
+    work goes on. Raises `InvalidInput` where ``out`` cannot be written.
     """
     tell = _Progress(watch)
     chapters = compute(steps, tell)

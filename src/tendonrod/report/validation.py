@@ -6,7 +6,6 @@ import csv
 import os
 from collections.abc import Callable, Iterator, Mapping
 from functools import partial
-from html import escape
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +17,10 @@ from ..measurement.registration import seen_exit
 from ..measurement.trial import KEPT, MISSING_POSE, Trial
 from ..rotation import log_so3
 from .chapter import Cell, Number, Picture, Table, listed, mm
+from .explanation import explanations
+from .origin import assumed, virtual
 from .page import write_page
+from .typeset import minus, whole
 
 FIGURES = ("components", "space", "errors", "bias")
 _L = "<i>L</i><sub>na</sub>"
@@ -35,48 +37,19 @@ def write_validation(
     causes: what would explain the errors, by the robot's name; left out, the page says nothing of it. Returns the path
     of the page. Raises `InvalidInput` where ``out`` cannot be written.
     """
-    why = _why(found, causes or {})
-    tables = [accuracy_table(found), bias_table(found), sample_table(found), *(each["table"] for each in why)]
+    why = explanations(causes or {})
+    tables = [accuracy_table(found), bias_table(found), *(each["table"] for each in why), sample_table(found)]
     robots = ", ".join(robot.name for robot in found.robots)
     return write_page(
         out,
         "validation.html.j2",
         f"{robots}: measured and modelled",
         tables,
-        [*_pictures(found), *(each["picture"] for each in why)],
+        [*_pictures(found), *(each["picture"] for each in why if each["picture"])],
         facts(found) | {"why": why},
         more=[lambda folder: write_errors(found, folder / "errors.csv")],
         watch=watch,
     )
-
-
-def _why(found: Accuracy, causes: Mapping[str, Diagnosis]) -> list[dict[str, Any]]:
-    """Of each robot: sentences, table and picture of what would explain its errors."""
-    from ..plot.causes import causes_figure
-
-    return [
-        {
-            "robot": name,
-            "sentences": [f"{escape(each[0].upper() + each[1:])}." for each in diagnosis.sentences],
-            "table": _causes_table("causes" if len(causes) == 1 else f"causes-{k}", diagnosis),
-            "picture": Picture(
-                name="causes" if len(causes) == 1 else f"causes-{k}", draw=partial(causes_figure, diagnosis)
-            ),
-        }
-        for k, (name, diagnosis) in enumerate(causes.items(), 1)
-    ]
-
-
-def _causes_table(name: str, found: Diagnosis) -> Table:
-    rows: list[list[Cell]] = []
-    for each in found.alone:
-        known: list[Cell] = [Number(100.0 * each.explained, 1), mm(each.rmse)] if each.fit is not None else ["–", "–"]
-        rows.append([each.name, *known, escape(each.told)])
-    for k, each in enumerate(found.together[1:], 2):
-        names = " + ".join(cause.name for cause in found.together[:k])
-        rows.append([names, Number(100.0 * each.explained, 1), mm(each.rmse), escape(each.told)])
-    header = ("cause", "of the squared error (%)", "RMSE left (mm)", "with, or why not")
-    return Table(name=name, header=header, rows=rows)
 
 
 def facts(found: Accuracy) -> dict[str, Any]:
@@ -90,7 +63,8 @@ def facts(found: Accuracy) -> dict[str, Any]:
         "used": found.counts[0],
         "measured": found.counts[1],
         "trials": len(found.trials),
-        "virtual": sorted({each.origin["made by"] for each in found.trials if "made by" in each.origin}),
+        "virtual": virtual(found.trials),
+        "assumed": assumed(found.trials),
         "registrations": registration_lines(found),
         "exits": exit_lines(found),
         "gravities": listed(sorted({_vector(each.gravity) for each in found.trials})),
@@ -146,7 +120,7 @@ def bias_table(found: Accuracy) -> Table:
         for run, errors in place.errors.items():
             bias = [mm(value) for value in errors.bias]
             size = mm(float(np.linalg.norm(errors.bias)))
-            rows.append([_whole(place.robot.name), Number(place.share, 2), run, *bias, size, mm(errors.scatter)])
+            rows.append([whole(place.robot.name), Number(place.share, 2), run, *bias, size, mm(errors.scatter)])
     header = ("", f"<i>s</i> / {_L}", "model", *(f"<i>{x}</i> (mm)" for x in "xyz"), "|bias| (mm)", "scatter (mm)")
     return Table(name="bias", header=header, rows=rows)
 
@@ -244,7 +218,7 @@ def _rows(found: Accuracy, more: int) -> list[list[Cell]]:
             mm(errors.scatter),
             _angle(errors),
         ]
-        start: list[Cell] = [_whole(place.robot.name), Number(place.share, 2), Number(place.n, 0)]
+        start: list[Cell] = [whole(place.robot.name), Number(place.share, 2), Number(place.n, 0)]
         rows.append([*start, *per_run, *rest[:more]])
     return rows
 
@@ -273,7 +247,7 @@ def _robot_facts(found: Accuracy, robot) -> Mapping[str, Any]:
         "scatter": mm(best.scatter),
         "lean": Number(float(np.degrees(np.linalg.norm(turn))), 2),
         "lean_vector": _vector(np.degrees(turn), 2),
-        "lean_share": Number(100.0 * share, 0),
+        "lean_share": Number(100.0 * share, 1),
         "without": mm(last.errors[WITHOUT].rmse) if WITHOUT in last.errors else None,
     }
 
@@ -298,10 +272,5 @@ def _given(trial: Trial) -> bool:
     return "registration" not in trial.origin or not trial.origin["registration"].startswith("tracker ")
 
 
-def _whole(name: str) -> str:
-    """A name that is not broken at its hyphens."""
-    return f'<span style="white-space:nowrap">{escape(name)}</span>'
-
-
-def _vector(values, digits: int = 3) -> str:
-    return ", ".join(f"{round(float(value), digits) + 0.0:.{digits + 3}g}".replace("-", "−") for value in values)
+def _vector(vector, digits: int = 3) -> str:
+    return ", ".join(minus(f"{round(float(value), digits) + 0.0:.{digits + 3}g}") for value in vector)
