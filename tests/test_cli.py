@@ -343,7 +343,8 @@ def test_bad_shape_options(refused, options, said):
     [
         (
             ("shap", "exonav-1"),
-            "command = 'shap': must be one of robots, shape, batch, motion, ftl, experiment, trial, validate, identify",
+            "command = 'shap': must be one of robots, shape, batch, motion, ftl, experiment, trial, validate, "
+            "identify, ",
         ),
         (("--jsn",), "option = --jsn: must be an option of tendonrod: see tendonrod --help"),
         (("shape",), "ROBOT = missing: must be given"),

@@ -12,7 +12,7 @@ from .typeset import values
 
 
 def explanations(causes: Mapping[str, Diagnosis]) -> list[dict[str, Any]]:
-    """Of each robot, by its name, what would explain its errors: sentences, a table, a picture where any could be fitted.
+    """Of each robot, by its name, what would explain its errors: sentences, table, and a picture where any was fitted.
 
     The answers stand in the summary; with which poses they were found, and the warning, beside table and picture.
     """

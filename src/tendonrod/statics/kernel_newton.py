@@ -1117,13 +1117,14 @@ def compile_all() -> None:
     linear = f"{hyper}, {', '.join([cube] * 4)}"
     forced = f"{table}, {cube}, {table}, {line}, {table}, {table}, {table}, {table}, {cube}"
     walk.compile(f"({trial}, {cube})")
-    settle.compile(f"({trial}, {linear}, {forced}, {table}, {table}, float64, float64, {whole})")
-    descend.compile(f"({trial}, {linear}, {forced}, {table}, {table}, {cube}, float64, float64, {whole})")
+    # before those that call them: as their callees they would go to the cache under another key, and be lost
     factor.compile(f"({line}, {whole}, {', '.join([table] * 8)}, {cube}, {linear}, {cube})")
     respond.compile(
         f"({line}, {whole}, {table}, {hyper}, {', '.join([cube] * 4)}, {table}, {table}, {cube}, {table}, {table}, {line},"
         f" {table}, {table}, {table}, {table}, {cube})"
     )
+    settle.compile(f"({trial}, {linear}, {forced}, {table}, {table}, float64, float64, {whole})")
+    descend.compile(f"({trial}, {linear}, {forced}, {table}, {table}, {cube}, float64, float64, {whole})")
     sample.compile(f"({known}, {table}, float64, float64, {line}, {line}, {table}, {cube})")
     unbalanced.compile(f"({known}, {line}, {table}, {line}, {table}, {table}, {cube})")
     response_at.compile(
