@@ -40,6 +40,7 @@ MADE_BY_FUNCTIONS = (
 )  # fmt: skip
 
 plot_working_directory = str(HERE.parent)
+plot_pre_code = "__file__ = 'examples/of-this-page.py'"  # examples find the files that lie beside them
 plot_formats = [("svg", 100)]
 plot_html_show_formats = False
 plot_template = TEMPLATE.partition(".. only:: not html")[0]  # the second copy would be counted as a figure too

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..errors import Fact, InvalidInput, NotConverged, whole
+from ..errors import Fact, InvalidInput, TendonrodError, whole
 from .fit_problem import Problem
 from .identification import Fit, fitted
 
@@ -68,7 +68,7 @@ def cross_validate(fit: Fit, folds: int | None = None, watch: Watch | None = Non
             distance[out] = _distances(fit, part)[out]
             values.append(part.values)
             notes.append("")
-        except (InvalidInput, NotConverged) as error:
+        except TendonrodError as error:
             values.append(np.full(len(fit.unknowns), np.nan))
             notes.append(str(error))
     each = {"fold": fold, "distance": distance, "values": np.array(values), "used": fit.used}

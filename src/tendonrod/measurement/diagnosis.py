@@ -12,7 +12,7 @@ from math import isfinite, log
 
 import numpy as np
 
-from ..errors import InvalidInput, NotConverged
+from ..errors import InvalidInput, TendonrodError
 from .identification import Fit, checked, identify
 from .names import across_gravity
 from .registration import registered
@@ -130,7 +130,7 @@ def _without_outliers(trials: Sequence[Trial], setup: Setup, tell: _Steps) -> tu
         try:
             fit = identify(trials, generous, setup=setup)
             break
-        except (InvalidInput, NotConverged):
+        except TendonrodError:
             continue
     else:
         return tuple(trials), 0
@@ -149,7 +149,7 @@ def _tried(name: str, numbers: tuple[str, ...], trials: tuple[Trial, ...], setup
     except InvalidInput as error:
         why = f"not to be had: {error.allowed.removeprefix('left out: ').removeprefix('fewer: ')}"
         return Cause(name=name, explained=0.0, rmse=float("nan"), fit=None, why=why)
-    except NotConverged as error:
+    except TendonrodError as error:
         return Cause(name=name, explained=0.0, rmse=float("nan"), fit=None, why=str(error))
     before, after = (np.mean(each**2) for each in (fit.distance_before, fit.distance))
     explained = max(0.0, 1.0 - float(after / before)) if before > 0.0 else 0.0  # the noise's shape counts in the fit
@@ -211,7 +211,7 @@ def _by_slope(other: Cause, taken: Cause) -> float:
 
 
 def _share(cause: Cause) -> str:
-    return f"{100.0 * cause.explained:.{1 if cause.explained > 0.95 else 0}f} % of the squared error"
+    return f"{100.0 * cause.explained:.1f} % of the squared error"
 
 
 class _Steps:
