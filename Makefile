@@ -21,10 +21,13 @@ help: ## say what each target does
 	sed -nE 's/^([a-z]+):[^#]*## (.*)$$/  make \1\t\2/p' $(firstword $(MAKEFILE_LIST)) | expand -t 16
 	echo "A different interpreter: make demo PYTHON=python3.12.   Options for pytest: make test ARGS='-k helix'."
 
-demo: $(VENV)/.runtime ## install if needed, recompute the paper's results, write out/reproduce/index.html
+demo: $(VENV)/.runtime ## install if needed, recompute the paper's results and run a trial on the virtual bench, into out/
 	echo "Reproducing the paper's simulation results; the first run also compiles the solver."
 	$(BIN)/tendonrod reproduce $(ARGS)
-	echo "Open out/reproduce/index.html in a browser to read the report."
+	echo "Running one follow-the-leader trial on the virtual bench, recorded and reported."
+	rm -rf out/bench
+	$(BIN)/tendonrod rig ftl exonav-1 --target 0.7 --gravity=-9.81,0,0 --seed 1 --output out/bench
+	echo "Open out/reproduce/index.html and out/bench/index.html in a browser to read the reports."
 
 test: $(VENV)/.dev ## install if needed, run the tests
 	echo "Running the tests."

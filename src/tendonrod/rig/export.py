@@ -153,7 +153,7 @@ def _driven(record: Record, when: np.ndarray, robot: Robot, slack: float | None)
     samples = record.samples
     screw, z, angle = (_between(samples[name]["time"], samples[name]["position"], when) for name in AXES)
     tension = _between(samples["force"]["time"], samples["force"]["tension"], when)
-    insertion = z / robot.length_na
+    insertion = z / robot.section.L
     found = {
         "tensions": tension[:, None],
         "insertion": _placed(insertion),
