@@ -206,7 +206,7 @@ def _rotation(quaternion: np.ndarray) -> np.ndarray:
 
 def _pyigtl():
     try:
-        import pyigtl
+        import pyigtl  # pyright: ignore[reportMissingImports] - an extra
     except ImportError:
         raise DeviceError("OpenIGTLink needs pyigtl: pip install 'tendonrod[slicer]'") from None
     return pyigtl
