@@ -178,7 +178,7 @@ def test_trials_without_a_tracker_have_a_page_without_the_tip(follow, tmp_path):
 
 
 def test_departures_name_what_is_not_the_default():
-    usual, changed = (VirtualSource(setup=each).known()["setup"] for each in (VirtualSetup(robot=ROBOT), SETUP))
+    usual, changed = (VirtualSource(setup=each).known(0)["setup"] for each in (VirtualSetup(robot=ROBOT), SETUP))
     assert departures(usual) == []
     assert departures(changed) == [
         "screw.speed = 0.005", "screw.acceleration = 0.05", "tracker.position_noise = 0.001", "tracker.mass = 0.0001",

@@ -49,7 +49,7 @@ def _frames(i: int, t: float) -> tuple[PoseFrame, ...]:
 def _sample(i: int) -> Sample:
     """Linear motions; each device was read a little before the period's time, the load cell at half the rate."""
     t = 5.0 + i / RATE
-    z, cell = insertion(t - 6.0) * ROBOT.length_na, 5.0 + i // 2 * 2 / RATE - 1e-3
+    z, cell = insertion(t - 6.0) * ROBOT.section.L, 5.0 + i // 2 * 2 / RATE - 1e-3
     angle = 0.3 + 2.0 * np.pi * ROBOT.turns * (insertion(t - 6.0 - 5e-4) - 1.0)
     return Sample(
         time=t,
@@ -121,7 +121,7 @@ def test_robot_world_and_origin_come_from_the_header(record, trial):
 def test_displacement_is_translation_less_screw_from_slack(record, trial):
     assert np.isnan(trial.displacements).all()
     pulled = to_trial(record, slack=1e-3).displacements[2:, 0]
-    assert np.allclose(pulled, 0.1 * insertion(trial.time[2:] - 6.0) * ROBOT.length_na - 1e-3, atol=1e-12)
+    assert np.allclose(pulled, 0.1 * insertion(trial.time[2:] - 6.0) * ROBOT.section.L - 1e-3, atol=1e-12)
 
 
 def test_the_controllers_view(record):
