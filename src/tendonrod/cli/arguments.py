@@ -109,6 +109,16 @@ def chosen_robot(source: str, torsion: str | None = None) -> Robot:
     return with_torsion(load_robot(source), torsion)
 
 
+def bench_robot(source: str, torsion: str | None) -> Robot:
+    """The robot with the torsion asked for; without one the homogenized, which is nearest to the real tubes."""
+    from ..section import NotchedTube
+
+    robot = chosen_robot(source, torsion)
+    if torsion is None and isinstance(robot.body, NotchedTube) and robot.body.stiffness_factors is not None:
+        return robot.replace(torsion="homogenized")
+    return robot
+
+
 def with_torsion(robot: Robot, torsion: str | None) -> Robot:
     """The robot with another torsion model, None for its own."""
     from ..section import TORSION_MODELS, NotchedTube

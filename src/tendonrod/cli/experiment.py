@@ -11,7 +11,7 @@ import typer
 
 from ..errors import Fact, InvalidInput, nonnegative, one_of, positive, within
 from . import output as out
-from .arguments import Figure, Json, RobotName, chosen_robot, number, vector, whole
+from .arguments import Figure, Json, RobotName, bench_robot, number, vector, whole
 from .experiment_page import as_dict, page
 
 if TYPE_CHECKING:
@@ -79,7 +79,7 @@ def experiment(
     one_of("--format", file_format, FORMATS)
     picture = out.target("--figure", figure, out.FIGURES)
     drawn_by, pull = whole("--seed", seed, 0, 2**63 - 1), vector("--gravity", gravity)
-    claimed = _with_torsion(robot, torsion)
+    claimed = bench_robot(robot, torsion)
 
     from ..measurement.bench import LEVELS, PROTOCOLS, Experiment
     from ..measurement.experiment import measured, simulate
@@ -115,16 +115,6 @@ def experiment(
         out.say(page(bench, trials, files))
     if directory is None and picture is None:
         out.note("nothing was written: name a directory with --output")
-
-
-def _with_torsion(source: str, torsion: str | None) -> Robot:
-    """The robot with the torsion asked for; without one the homogenized, which is nearest to the real tubes."""
-    from ..section import NotchedTube
-
-    robot = chosen_robot(source, torsion)
-    if torsion is None and isinstance(robot.body, NotchedTube) and robot.body.stiffness_factors is not None:
-        return robot.replace(torsion="homogenized")
-    return robot
 
 
 def _true_robot(claimed: Robot, friction: str | None, youngs_modulus_gpa: str | None) -> Robot:

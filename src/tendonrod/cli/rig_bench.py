@@ -12,7 +12,7 @@ import typer
 
 from ..errors import Fact, InvalidInput, nonnegative, within
 from . import output as out
-from .arguments import chosen_robot, number, vector, whole
+from .arguments import bench_robot, number, vector, whole
 
 if TYPE_CHECKING:
     from ..rig.benches import BenchSource
@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from ..rig.loop import Outcome
     from ..rig.safety import Interlock
     from ..rig.trials import Performed
-    from ..robot import Robot
 
 
 def option(metavar: str, text: str, *names: str) -> Any:
@@ -102,16 +101,6 @@ def chosen(robot: str, asked: Asked) -> Chosen:
     return Chosen(
         source=_changed(source, changes), is_virtual=file.is_virtual, home=not asked.homed, seed=seed, rate=rate
     )
-
-
-def bench_robot(source: str, torsion: str | None) -> Robot:
-    """The robot with the torsion asked for; without one the homogenized, which is nearest to the real tubes."""
-    from ..section import NotchedTube
-
-    robot = chosen_robot(source, torsion)
-    if torsion is None and isinstance(robot.body, NotchedTube) and robot.body.stiffness_factors is not None:
-        return robot.replace(torsion="homogenized")
-    return robot
 
 
 def _changes(asked: Asked) -> dict[str, float]:

@@ -9,8 +9,8 @@ import typer
 
 from ..errors import Fact, InvalidInput, nonnegative, one_of, positive
 from . import output as out
-from .arguments import Json, RobotName, number, vector
-from .rig_bench import BenchTorsion, Output, bench_robot, fresh, option
+from .arguments import Json, RobotName, bench_robot, number, vector
+from .rig_bench import BenchTorsion, Output, fresh, option
 
 if TYPE_CHECKING:
     from ..plot.loop_design import Trace
