@@ -14,7 +14,7 @@ SHELL := /bin/bash
 .NOTPARALLEL:
 .DELETE_ON_ERROR:
 .DEFAULT_GOAL := help
-.PHONY: help demo test check docs bench clean
+.PHONY: help demo test check docs bench web clean
 
 help: ## say what each target does
 	echo "tendonrod: make targets"
@@ -29,7 +29,7 @@ demo: $(VENV)/.runtime ## install if needed, recompute the paper's results and r
 	$(BIN)/tendonrod rig ftl exonav-1 --target 0.7 --gravity=-9.81,0,0 --seed 1 --output out/bench
 	echo "Open out/reproduce/index.html and out/bench/index.html in a browser to read the reports."
 
-test: $(VENV)/.dev ## install if needed, run the tests
+test: $(VENV)/.dev $(VENV)/.chromium ## install if needed, run the tests
 	echo "Running the tests."
 	$(BIN)/python -m pytest $(ARGS)
 
@@ -53,8 +53,18 @@ bench: $(VENV)/.dev ## run the benchmarks, which print machine, versions and rat
 		$(BIN)/python "$$script"
 	done
 
+web: ## rebuild the page of `tendonrod navigate` from web/ (needs npm; only who changes the page does)
+	command -v npm >/dev/null || {
+		echo "Rebuilding the page needs npm. As an administrator, run: apt-get install npm" >&2
+		exit 1
+	}
+	cd web
+	npm install --no-package-lock --no-audit --no-fund --loglevel=error
+	npm run --silent build
+	echo "Built src/tendonrod/navigate/web: commit it together with web/."
+
 clean: ## remove the virtual environment, caches and everything that make wrote
-	rm -rf $(VENV) out docs/_build dist .pytest_cache .ruff_cache .hypothesis
+	rm -rf $(VENV) out docs/_build dist web/node_modules .pytest_cache .ruff_cache .hypothesis
 	find src tests examples benchmarks docs -name __pycache__ -type d -prune -exec rm -rf {} +
 	echo "Removed $(VENV), out, docs/_build and the caches."
 
@@ -96,6 +106,19 @@ $(VENV)/.dev: $(VENV)/.runtime
 	echo "Installing the test and check tools."
 	$(PIP_INSTALL) -e '.[dev]'
 	touch $@
+
+# The tests drive the page of `tendonrod navigate` in a browser. Without one they are skipped (on CI: fail), and say so.
+$(VENV)/.chromium: $(VENV)/.made
+	if command -v chromium >/dev/null || command -v chromium-browser >/dev/null || command -v google-chrome >/dev/null; then
+		touch $@
+	elif [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null; then
+		echo "Installing Debian's chromium package, in which the tests drive the page."
+		{ apt-get update -qq && DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends chromium >/dev/null; } && \
+			touch $@ || echo "Chromium could not be installed, so the tests of the page are left out." >&2
+	else
+		echo "There is no chromium, so the tests of the page are left out." \
+			"As an administrator, run: apt-get install chromium" >&2
+	fi
 
 $(VENV)/.docs: $(VENV)/.runtime
 	echo "Installing the documentation tools."

@@ -13,12 +13,16 @@ from .experiment import experiment
 from .ftl import ftl
 from .identify import identify
 from .motion import motion
+from .navigate import navigate
 from .output import say
+from .phantom import phantom
+from .reach import reach
 from .reproduce import reproduce
 from .rig import ftl as rig_ftl
 from .rig_records import design, export, replay
 from .rig_tasks import hold, release, retract, run
 from .robots import robots
+from .session import session
 from .shape import shape
 from .trial import trial
 from .validate import validate
@@ -75,6 +79,24 @@ COMMANDS = {
         "tendonrod identify exonav-3-*.nc --free youngs_modulus,base_tilt,tip_mass --output fitted",
         "tendonrod identify bench.csv --robot exonav-1 --free base_pose --hold tip_mass=0.2 --json",
         "tendonrod identify --names exonav-3-s100.nc",
+    ),
+    phantom: (
+        "tendonrod phantom anatomical --levels T8-L2 --view phantom.png",
+        "tendonrod phantom printed --robot exonav-1 --export stl",
+    ),
+    navigate: (
+        "tendonrod navigate",
+        "tendonrod navigate --phantom anatomical --no-browser --port 0",
+        "tendonrod navigate --host 0.0.0.0 --no-browser",
+        "tendonrod navigate --script moves.csv --headless --output run",
+    ),
+    reach: (
+        "tendonrod reach printed --output reach",
+        "tendonrod reach anatomical --target ventral --target drg-left@T10 --json",
+    ),
+    session: (
+        "tendonrod session run/record.jsonl --output page",
+        "tendonrod session run/record.jsonl --output page --frames 0 --json",
     ),
     reproduce: ("tendonrod reproduce --output paper-report",),
 }

@@ -1,0 +1,113 @@
+"""`tendonrod navigate`: steer a robot through a phantom, in the browser or by a script."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from ..errors import Fact, InvalidInput
+from . import output as out
+from .arguments import Json, whole
+
+if TYPE_CHECKING:
+    from ..navigate.scenario import Scenario
+
+PORT = "8420"
+LOOPBACK = "127.0.0.1"
+FOLDER = "navigate-sessions"
+
+
+def navigate(
+    phantom: Annotated[
+        str | None, typer.Option(metavar="NAME", help="printed, the default, anatomical, or a phantom's TOML file.")
+    ] = None,
+    levels: Annotated[str | None, typer.Option(metavar="A-B", help="Vertebrae of the phantom, as T8-L2.")] = None,
+    entry: Annotated[
+        str | None, typer.Option(metavar="LEVEL", help="Whose window the outer tube comes through; else the lowest.")
+    ] = None,
+    robot: Annotated[str | None, typer.Option(metavar="ROBOT", help="A preset or a file; exonav-1 by default.")] = None,
+    torsion: Annotated[
+        str | None, typer.Option(metavar="MODEL", help="published, open_section or homogenized, the default here.")
+    ] = None,
+    scene: Annotated[
+        str | None,
+        typer.Option(metavar="FILE.toml", help="Robot, phantom, outer tube, gravity and limits, units in its keys."),
+    ] = None,
+    port: Annotated[str, typer.Option(metavar="NUMBER", help="Of the page; 0 for any free one.")] = PORT,
+    host: Annotated[
+        str, typer.Option(metavar="ADDRESS", help="To listen on; beyond this machine a token is asked for.")
+    ] = LOOPBACK,
+    output: Annotated[str, typer.Option(metavar="DIR", help="Where every session is recorded.")] = FOLDER,
+    no_browser: Annotated[bool, typer.Option("--no-browser", help="Only print the address.")] = False,
+    script: Annotated[
+        str | None, typer.Option(metavar="FILE.csv", help="Moves to be made, rates and durations; with --headless.")
+    ] = None,
+    headless: Annotated[bool, typer.Option("--headless", help="Run --script without page and server.")] = False,
+    json: Json = False,
+) -> None:
+    """Steer a robot through a phantom of the spine, with contact, in the browser.
+
+    Keys in the page: W and S insert and retract, A and D turn, Q and E pull and let go; gamepad and buttons too.
+    Everything stops when nothing is held. Every command goes to a record in DIR, which the page replays. Ctrl-C ends.
+
+    FILE.csv has the columns duration_s, insertion_mm_per_s, rotation_deg_per_s and tension_n_per_s.
+    """
+    _check(script, headless, json)
+    number = whole("--port", port, 0, 65535)
+    made = _maker(scene, phantom=phantom, levels=levels, entry=entry, robot=robot, torsion=torsion)
+    if script is not None:
+        from .navigate_script import run_script
+
+        run_script(made, script, output, json)
+    else:
+        _serve(made, output, host, number, not no_browser)
+
+
+def _check(script: str | None, headless: bool, json: bool) -> None:
+    if script is not None and not headless:
+        raise InvalidInput("--script", Fact(script), "given with --headless; the page replays records instead")
+    if headless and script is None:
+        raise InvalidInput("--headless", Fact("given"), "given with --script FILE.csv")
+    if json and not headless:
+        raise InvalidInput("--json", Fact("given"), "left out unless --headless is given")
+
+
+def _maker(scene: str | None, **options: str | None) -> Callable[[], Scenario]:
+    """Makes the scenario, which takes its time; what the options say goes before the scene."""
+    from ..navigate.scenariofile import read_scenario
+
+    return partial(read_scenario, scene, **options)
+
+
+def _serve(made: Callable[[], Scenario], output: str, host: str, port: int, browser: bool) -> None:
+    from ..navigate.doors import Door
+    from ..navigate.records import Records
+    from ..navigate.server import listening, serve
+    from ..navigate.service import Service
+    from ..navigate.session import Session
+
+    at = listening(host, port)  # before the phantom is built, so that a taken port is told at once
+    records = Records(out.directory("--output", output))
+    service = Service(Session(made()), records)
+    door = Door.at(host, at.getsockname()[1])
+
+    def ready() -> None:
+        out.say(f"open {door.url}")
+        if door.token is not None:
+            out.note("whoever has this address can steer; the connection is not encrypted")
+        if browser:
+            _open(door.url)
+
+    record = serve(service, at, door, ready)
+    out.note("ended" if record is None else f"ended; the session is in {record}")
+
+
+def _open(url: str) -> None:
+    """In the user's browser, without waiting for it."""
+    import threading
+    import webbrowser
+
+    threading.Thread(target=webbrowser.open, args=(url,), daemon=True).start()

@@ -1,0 +1,167 @@
+"""`BenchDrive`: a session on a bench, virtual or real: the operator steers its axes, the session shows what they do.
+
+The model gets the insertion, rotation and tension that the bench measures, and shows the robot in the phantom with
+them. A bench does not know the phantom: a virtual one has no walls, and pushes back at nothing.
+"""
+
+from __future__ import annotations
+
+import threading
+from math import isfinite
+
+from ..errors import Fact, InvalidInput, TendonrodError, positive
+from ..rig.benches import BenchSource, as_source
+from ..rig.drives import Machine
+from ..rig.ending import leave_slack
+from ..rig.guarded import GuardedBench
+from ..rig.interfaces import STILL, Clock, Sample
+from ..rig.loop import drive, prepare
+from ..rig.states import FaultKind, State
+from ..rig.trials import RATE, limits_of
+from .commands import Jog, Posture
+from .scenario import Scenario
+from .teleoperate import Teleoperate
+
+RETRACTED = 50e-6  # m: a robot that is no further out counts as retracted
+
+
+class BenchDrive:
+    """Steers a bench through its interlock, ``rate`` periods per second of the bench's clock.
+
+    source: see `rig.benches`; opened here, homed and armed. On a bench that is faster than real time each `advance`
+    runs its periods itself, and the same commands give the same session. With ``own_thread``, as real devices need, the
+    loop runs beside the session, and stops by itself `DEAD_MAN` after the last `advance`.
+
+    Raises `InvalidInput` where the source's robot is not the scenario's, and what opening and homing raise.
+    """
+
+    def __init__(
+        self, scenario: Scenario, source: BenchSource, *, seed: int = 0, rate: float = RATE, own_thread: bool = False
+    ) -> None:
+        source = as_source(source)
+        _check_same(scenario, source)
+        self._period, self._length = 1.0 / positive("rate", rate), scenario.robot.section.L
+        limits, strain = limits_of(source, rate)
+        self._bench = GuardedBench(source.open(seed), limits, strain)
+        self._lock, self._closed = threading.Lock(), False
+        try:
+            self._task = self._prepared(scenario)
+            self._due = self._bench.clock.now()
+            self._measured = self._seen(self._bench.sense())
+        except BaseException:
+            self._bench.close()
+            raise
+        self._thread = threading.Thread(target=self._loop, name="bench", daemon=True) if own_thread else None
+        if self._thread is not None:
+            self._thread.start()
+        else:
+            self._bench.interlock.start()
+
+    @property
+    def posture(self) -> Posture:
+        """What the bench measured last."""
+        with self._lock:
+            return self._measured
+
+    @property
+    def coupled(self) -> bool:
+        """Whether insertion turns the motor."""
+        return self._task.coupled
+
+    @coupled.setter
+    def coupled(self, on: bool) -> None:
+        self._task.coupled = on
+
+    @property
+    def clock(self) -> Clock:
+        """The bench's."""
+        return self._bench.clock
+
+    @property
+    def fault(self) -> str:
+        """The interlock's first fault, a sentence; "" where there is none."""
+        fault = self._bench.interlock.fault
+        return "" if fault is None else f"the bench stopped: {fault}"
+
+    def advance(self, jog: Jog, dt: float) -> Posture:
+        """Steer at ``jog`` for ``dt`` s of the bench's time, and give what it measured then."""
+        if self._thread is not None:
+            self._task.steer(jog)
+            return self.posture
+        self._task.steer(jog, dt)
+        for _ in range(max(1, round(dt / self._period))):
+            self._due += self._period
+            self._bench.clock.wait_until(self._due)
+            self._run_period()
+        return self.posture
+
+    def go_back(self, posture: Posture) -> bool:
+        """A bench has made its move."""
+        return False
+
+    def retract(self) -> bool:
+        """A bench retracts by being steered so."""
+        return False
+
+    def close(self) -> None:
+        """Leave the robot slack and standing, and let the devices go."""
+        if self._closed:
+            return
+        self._closed = True
+        self._task.finish()
+        if self._thread is not None:
+            self._thread.join()
+        try:
+            leave_slack(self._bench)
+        finally:
+            self._bench.close()
+
+    def _prepared(self, scenario: Scenario) -> Teleoperate:
+        """The task of a bench that is homed and armed."""
+        if (fault := prepare(self._bench)) is not None:
+            raise TendonrodError(f"the bench is not ready: {fault}")
+        found = self._bench.interlock.limits
+        axes = {"screw": found.screw, "translation": found.translation, "rotation": found.rotation}
+        machine = Machine(length=self._length, turns=scenario.robot.turns, **axes)
+        return Teleoperate(machine, scenario.limits, scenario.coupled)
+
+    def _loop(self) -> None:
+        """The bench's own loop, until the task is finished or a fault has settled."""
+        drive(self._bench, self._task, rate=1.0 / self._period, watch=lambda moment: self._look(moment.sample))
+
+    def _run_period(self) -> None:
+        """One period of the bench, as `rig.loop.drive` runs them."""
+        bench, before = self._bench, self._time
+        sample = bench.sense()
+        command = STILL
+        if bench.interlock.state is State.RUNNING:
+            try:
+                command = self._task.update(sample, sample.time - before)
+            except TendonrodError as error:
+                bench.interlock.trip(FaultKind.CONTROLLER, where=str(error))
+        bench.act(command)
+        self._look(sample)
+
+    def _look(self, sample: Sample) -> None:
+        seen = self._seen(sample)
+        with self._lock:
+            self._measured = seen
+
+    def _seen(self, sample: Sample) -> Posture:
+        """A sample in the words of the session. A reading that is missing leaves the last one."""
+        self._time, z = sample.time, sample.translation.position
+        if not isfinite(z + sample.rotation.position):
+            return self._measured
+        insertion = 0.0 if z <= RETRACTED else min(z / self._length, 1.0)
+        rotation = self._task.section_rotation(sample)
+        return Posture(insertion=insertion, rotation=rotation, tension=(self._task.tension,))
+
+
+def _check_same(scenario: Scenario, source: BenchSource) -> None:
+    """The bench's robot must be the scenario's, or the session would show another."""
+    if scenario.robot.n_tendons != 1:
+        raise InvalidInput("robot", Fact(f"{scenario.robot.n_tendons} tendons"), "one with one tendon, as the bench is")
+    if source.robot.body != scenario.robot.body or source.robot.tendons != scenario.robot.tendons:
+        names = f"{source.robot.name}, torsion {source.robot.torsion}"
+        mine = f"{scenario.robot.name}, torsion {scenario.robot.torsion}"
+        raise InvalidInput("bench", Fact(f"one with {names}"), f"one with the scenario's robot, {mine}")

@@ -1,0 +1,84 @@
+"""The dead-man's switch of the server: a command holds for a moment only, and then the robot stands still."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from math import inf
+from threading import Lock
+from typing import Generic, TypeVar
+
+DEADLINE = 0.15  # s from the last command to standstill
+
+V = TypeVar("V")
+
+
+@dataclass(frozen=True, slots=True)
+class _Held(Generic[V]):
+    command: V
+    serial: int
+    at: float
+    left: float  # s of motion that this command may still make
+
+
+class DeadMan(Generic[V]):
+    """Keeps the newest command while it is young enough.
+
+    A motion of ``dt`` seconds is allowed only where it ends within ``deadline`` of the last sign that somebody holds
+    the switch, by a clock that never runs backwards. Safe to use from several threads.
+    """
+
+    def __init__(self, clock: Callable[[], float] = time.monotonic, deadline: float = DEADLINE) -> None:
+        self.clock, self.deadline = clock, deadline
+        self._lock, self._serial = Lock(), 0
+        self._held: _Held[V] | None = None
+        self._lapsed = False
+
+    def hold(self, command: V, seconds: float = inf) -> int:
+        """Take ``command`` in the place of the present one; at most ``seconds`` of motion. A number for `renew`."""
+        with self._lock:
+            self._serial += 1
+            self._held = _Held(command, self._serial, self.clock(), seconds)
+            return self._serial
+
+    def renew(self, serial: int) -> bool:
+        """Hold the command of this number for another moment; False where it holds no longer."""
+        with self._lock:
+            held = self._fresh(0.0)
+            if held is None or held.serial != serial:
+                return False
+            self._held = replace(held, at=self.clock())
+            return True
+
+    def let_go(self) -> None:
+        """Nothing is held."""
+        with self._lock:
+            self._held = None
+
+    def spend(self, dt: float) -> tuple[V, float] | None:
+        """The command to move by now and for how long (s, at most ``dt``); None to stand still."""
+        with self._lock:
+            held = self._fresh(dt)
+            if held is None:
+                return None
+            dt = min(dt, held.left)
+            left = held.left - dt
+            self._held = replace(held, left=left) if left > 1e-12 else None
+            return held.command, dt
+
+    @property
+    def is_held(self) -> bool:
+        with self._lock:
+            return self._held is not None
+
+    def lapsed(self) -> bool:
+        """Whether a command has run out since the last question, with nobody letting go."""
+        with self._lock:
+            found, self._lapsed = self._lapsed, False
+            return found
+
+    def _fresh(self, dt: float) -> _Held[V] | None:
+        if self._held is not None and self.clock() + dt - self._held.at > self.deadline:
+            self._held, self._lapsed = None, True
+        return self._held

@@ -1,0 +1,79 @@
+"""Drives of a session: what turns a `Jog` into a `Posture`. `IdealDrive` follows at once; for a bench see `bench`."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import tau
+from typing import Protocol
+
+from .commands import Jog, Posture
+from .scenario import Scenario
+
+
+class Drive(Protocol):
+    """What moves the robot. ``posture``: what it holds. ``coupled``: whether insertion turns it (`Scenario`)."""
+
+    posture: Posture
+    coupled: bool
+
+    def advance(self, jog: Jog, dt: float) -> Posture:
+        """Move at ``jog`` for ``dt`` s, as far as the limits allow; returns what is held then."""
+        ...
+
+    def go_back(self, posture: Posture) -> bool:
+        """Give up the last move and hold ``posture`` again; False where a real robot has made it already."""
+        ...
+
+    def retract(self) -> bool:
+        """Hold a retracted robot without tension at rotation 0; False where that takes real motion."""
+        ...
+
+    @property
+    def fault(self) -> str:
+        """What stopped the drive, a sentence; "" where nothing did."""
+        ...
+
+    def close(self) -> None:
+        """Stop and let go."""
+        ...
+
+
+class IdealDrive:
+    """A drive without mass, friction or play: integrates the jog within the limits."""
+
+    fault = ""
+
+    def __init__(self, scenario: Scenario) -> None:
+        self._limits, self._length = scenario.limits, scenario.robot.section.L
+        self._twist = tau * scenario.robot.turns
+        self._home = Posture(tension=(0.0,) * scenario.robot.n_tendons)
+        self.posture, self.coupled = self._home, scenario.coupled
+
+    def advance(self, jog: Jog, dt: float) -> Posture:
+        """The posture after ``dt`` s at ``jog``."""
+        at, limits = self.posture, self._limits
+        insertion = _clamped(at.insertion + jog.insertion * dt / self._length, 0.0, limits.insertion)
+        turned = jog.rotation * dt
+        if not self.coupled:  # the motor stands still: what of the helix comes out turns the robot back
+            turned -= self._twist * (insertion - at.insertion)
+        rotation = _clamped(at.rotation + turned, -limits.rotation, limits.rotation)
+        tension = tuple(_clamped(each + jog.tension * dt, 0.0, limits.tension) for each in at.tension)
+        self.posture = replace(at, insertion=insertion, rotation=rotation, tension=tension)
+        return self.posture
+
+    def go_back(self, posture: Posture) -> bool:
+        """Hold ``posture`` again."""
+        self.posture = posture
+        return True
+
+    def retract(self) -> bool:
+        """Hold the retracted robot."""
+        self.posture = self._home
+        return True
+
+    def close(self) -> None:
+        """Nothing to do."""
+
+
+def _clamped(value: float, low: float, high: float) -> float:
+    return min(max(value, low), high)

@@ -1,0 +1,163 @@
+"""One equilibrium after another: the robot's shape along a small move, in parts where the whole is too much.
+
+Contact and large bending make several equilibria possible. Each is started from the last, and one that lies far from it
+is not taken: the robot would snap there. So a session shows the branch that slow motion follows, or says that it ends.
+A robot that is withdrawn is let snap, to where its energy falls: an operator must always get it out. Another only as
+far as `NavigationLimits.snap` says.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import ceil, inf, radians
+
+import numpy as np
+
+from ..errors import InvalidInput
+from ..statics.neighbour import Effort, neighbour
+from ..statics.shape import Shape, Status
+from .commands import Posture
+from .scenario import Scenario
+
+ACCURACY = 2e-5  # m, of the shape, and by which the tube may enter a wall
+POINTS = 48  # along the body
+STRIDE = {"insertion": 0.25e-3, "rotation": radians(1.0), "tension": 0.01}  # m, rad, N: largest move of one solve
+SNAP = 1e-3  # m, motion of the body in one solve that small steps cannot explain
+LOOSE = 0.3e-3  # m, error to be content with on sharp edges of a wall; `observation` tells
+CHECKED, TRUSTED = (Effort(content=LOOSE, most_steps=80, is_checked=each) for each in (True, False))
+FAR = Effort(content=LOOSE, most_steps=160)  # where a robot is let snap
+CHECKED_EVERY = 8  # shapes, of which one is solved on two grids to know its error
+WHY_NOT = {
+    Status.STALLED: "there is no equilibrium near the present one, the robot would fold or snap away",
+    Status.TOO_FINE: f"the contact cannot be computed to {1e3 * LOOSE:g} mm, so sharp is the edge that the robot is on",
+}
+HALVINGS = 2  # of a move, before it is refused
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Body:
+    """A solved shape at `POINTS` even arc lengths, one where it is retracted, and the posture that it answers to.
+
+    trusted: how many shapes in a row took the error of the one before for theirs.
+    """
+
+    posture: Posture
+    shape: Shape
+    trusted: int = 0
+
+    @property
+    def axis(self) -> np.ndarray:
+        """(n, 3) the tube's axis, m."""
+        return self.shape.centerline
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Travel:
+    """Where a move led: the last body on the way, why not further ("" where it went all the way), and whether it
+    snapped on the way, m by how much.
+    """
+
+    body: Body
+    refused: str = ""
+    snapped: float = 0.0
+
+
+def rest(scenario: Scenario, posture: Posture) -> Body:
+    """The body at ``posture`` from nothing. Raises `InvalidInput` where there is none."""
+    shape, why = _solved(scenario, posture, None)
+    if shape is None:
+        raise InvalidInput("posture", posture, f"one with an equilibrium: {why}")
+    return Body(posture=posture, shape=shape)
+
+
+def move(scenario: Scenario, body: Body, goal: Posture) -> Travel:
+    """From ``body`` to ``goal`` through neighbouring equilibria, as far as there are any.
+
+    Where the whole is refused, what of it withdraws the robot is carried out alone.
+    """
+    start, parts, snapped = body.posture, strides(scenario, body.posture, goal), 0.0
+    for k in range(1, parts + 1):
+        travel = _stride(scenario, body, start.towards(goal, k / parts))
+        if travel.refused:
+            eased = withdrawal(travel.body.posture, goal)
+            alone = travel if eased in (travel.body.posture, goal) else _snap(scenario, travel, eased, inf)
+            return replace(alone, refused=travel.refused, snapped=max(snapped, alone.snapped))
+        body, snapped = travel.body, max(snapped, travel.snapped)
+    return Travel(body=body, snapped=snapped)
+
+
+def withdrawal(start: Posture, goal: Posture) -> Posture:
+    """What of a move only retracts or relaxes the robot, or brings its rotation nearer to 0."""
+    return Posture(
+        insertion=min(start.insertion, goal.insertion),
+        rotation=goal.rotation if abs(goal.rotation) < abs(start.rotation) else start.rotation,
+        tension=tuple(min(a, b) for a, b in zip(start.tension, goal.tension, strict=True)),
+    )
+
+
+def strides(scenario: Scenario, start: Posture, goal: Posture) -> int:
+    """Number of even parts, each within `STRIDE`, at least 1."""
+    pulled = [abs(b - a) for a, b in zip(start.tension, goal.tension, strict=True)]
+    shares = (
+        abs(goal.insertion - start.insertion) * scenario.robot.length_na / STRIDE["insertion"],
+        abs(goal.rotation - start.rotation) / STRIDE["rotation"],
+        max(pulled, default=0.0) / STRIDE["tension"],
+    )
+    return max(1, ceil(max(shares) - 1e-9))
+
+
+def _stride(scenario: Scenario, body: Body, goal: Posture) -> Travel:
+    """One part of a move, which may snap if it is a withdrawal."""
+    travel = _part(scenario, body, goal, HALVINGS)
+    allowed = inf if withdrawal(body.posture, goal) == goal else scenario.limits.snap
+    return _snap(scenario, travel, goal, allowed) if travel.refused and allowed > 0.0 else travel
+
+
+def _part(scenario: Scenario, body: Body, goal: Posture, halvings: int) -> Travel:
+    trusts = body.trusted < CHECKED_EVERY - 1 and halvings == HALVINGS
+    shape, why = _solved(scenario, goal, body.shape, TRUSTED if trusts else CHECKED)
+    if shape is not None:
+        leap = _leap(body, shape)
+        if leap <= SNAP:
+            return Travel(body=Body(posture=goal, shape=shape, trusted=body.trusted + 1 if trusts else 0))
+        why = f"the robot would snap away by {1e3 * leap:.2g} mm"
+    if halvings == 0:
+        return Travel(body=body, refused=why)
+    travel = _part(scenario, body, body.posture.towards(goal, 0.5), halvings - 1)
+    return travel if travel.refused else _part(scenario, travel.body, goal, halvings - 1)
+
+
+def _snap(scenario: Scenario, travel: Travel, goal: Posture, allowed: float) -> Travel:
+    """To ``goal``, down in energy from the last shape wherever that leads, but no further than ``allowed`` (m)."""
+    shape, _ = _solved(scenario, goal, travel.body.shape, FAR)
+    if shape is None or (leap := _leap(travel.body, shape)) > allowed:
+        return travel
+    return Travel(body=Body(posture=goal, shape=shape), snapped=leap)
+
+
+def _solved(
+    scenario: Scenario, posture: Posture, start: Shape | None, effort: Effort = CHECKED
+) -> tuple[Shape | None, str]:
+    """The sampled shape, or None and why."""
+    try:
+        shape = neighbour(
+            scenario.robot, posture.tension or 0.0, start, POINTS, effort, gravity=scenario.gravity,
+            insertion=posture.insertion, rotation=posture.rotation, exit_pose=scenario.pose,
+            surface=scenario.surface, accuracy=ACCURACY, contact_tolerance=ACCURACY,
+        )  # fmt: skip
+    except InvalidInput as error:  # such as a distance asked for outside a grid
+        return None, str(error)
+    if not shape.converged:
+        return None, WHY_NOT.get(shape.status, shape.status)
+    if shape.stable is False:
+        return None, "the equilibrium is unstable, the robot would buckle away from it"
+    return shape, ""
+
+
+def _leap(body: Body, shape: Shape) -> float:
+    """Largest motion of the body between two shapes, point by point of equal share of the length, m."""
+    before, after = body.axis, shape.centerline
+    if before.shape != after.shape:  # one of them is retracted
+        return abs(body.shape.length - shape.length)
+    step = after - before
+    return float(np.sqrt(np.einsum("ij,ij->i", step, step).max()))

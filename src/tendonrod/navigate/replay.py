@@ -1,0 +1,163 @@
+"""`replay`: the snapshots of a recorded session again, checked bit for bit against what the record says of each."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
+from os import PathLike, fspath
+from pathlib import Path
+from typing import Any
+
+from ..errors import Fact, InvalidInput, TendonrodError
+from .commands import NAMES, Jog, Posture
+from .drive import IdealDrive
+from .outer_tube import OuterTube
+from .record import FORMAT, VERSION, digest, software
+from .scenario import Scenario
+from .scenariofile import scenario_from
+from .session import Session
+from .snapshot import Snapshot
+
+SHAPE = f"a record that a session of tendonrod wrote: JSON lines, the first with format {FORMAT!r}"
+
+
+class ReplayDiffers(TendonrodError):
+    """A replay that gives other bits than its record; the message is one sentence."""
+
+
+class RecordedDrive:
+    """Gives again what a real drive held, step by step."""
+
+    fault = ""
+
+    def __init__(self, posture: Posture, coupled: bool) -> None:
+        self.posture, self.coupled = posture, coupled
+        self.next = posture
+
+    def advance(self, jog: Jog, dt: float) -> Posture:
+        """What was held after the step; jog and dt were the operator's."""
+        self.posture = self.next
+        return self.posture
+
+    def go_back(self, posture: Posture) -> bool:
+        """What a real drive did is done."""
+        return False
+
+    def retract(self) -> bool:
+        """Hold the retracted robot again."""
+        self.posture = self.next
+        return True
+
+    def close(self) -> None:
+        """Nothing to do."""
+
+
+def read_header(path: str | PathLike[str]) -> dict[str, Any]:
+    """The first line of a record. Raises `InvalidInput` for what is no record, or one of a later version."""
+    name = fspath(path)
+    try:
+        with Path(name).open("rb") as file:
+            header = _parsed(file.readline())
+    except OSError as error:
+        raise InvalidInput("record", name, f"a readable file: {error.strerror}") from None
+    if header.get("format") != FORMAT or "scenario" not in header:
+        raise InvalidInput("record", name, SHAPE)
+    if header.get("version") != VERSION:
+        found = Fact(f"version {header.get('version')}")
+        raise InvalidInput(f"record {name}", found, f"version {VERSION}, which this tendonrod reads")
+    return header
+
+
+def lines(path: str | PathLike[str]) -> Iterator[dict[str, Any]]:
+    """The lines after the header, one by one. A last one that was cut off is left out.
+
+    Raises `InvalidInput` by line for anything else that is wrong.
+    """
+    name = fspath(path)
+    with Path(name).open("rb") as file:
+        file.readline()
+        for number, line in enumerate(file, 2):
+            if not line.endswith(b"\n"):
+                return
+            found = _parsed(line)
+            if not ("jog" in found or "event" in found):
+                raise InvalidInput(f"record {name}, line {number}", line[:60].decode(errors="replace"), SHAPE)
+            yield found
+
+
+def replay(path: str | PathLike[str], check: bool = True) -> Iterator[Snapshot]:
+    """Every snapshot of a record in order, from the start on, computed again.
+
+    check: compare each with the record. Raises `InvalidInput` where the file is no record or the phantom has changed,
+    `ReplayDiffers` where the software computes other bits than that which recorded.
+    """
+    name, header = fspath(path), read_header(path)
+    session, drive = _begun(name, header)
+    if check:
+        _compare(name, header, header["start"], session.snapshot)
+    yield session.snapshot
+    for line in lines(path):
+        if "event" in line:
+            if line["event"] in EVENTS:
+                EVENTS[line["event"]](session, line)
+                yield session.snapshot
+            continue
+        if isinstance(drive, RecordedDrive):
+            drive.next = _posture(line["at"])
+        jog = Jog(**dict(zip(NAMES, line["jog"], strict=True)))
+        for _ in range(line["count"]):
+            yield session.step(jog, line["dt"])
+        if check:
+            _compare(name, header, line, session.snapshot)
+
+
+def _begun(name: str, header: Mapping[str, Any]) -> tuple[Session, IdealDrive | RecordedDrive]:
+    try:
+        scenario, start = scenario_from(header["scenario"], name), header["start"]
+        drive = _drive(scenario, header["drive"], _posture(start["at"]))
+        course = {"index": start["index"], "time": start["time"], "reached": tuple(start["reached"])}
+    except (KeyError, TypeError, IndexError) as error:  # of another build, or edited
+        allowed = "that of this tendonrod; the record is of another build, or was edited"
+        raise InvalidInput(f"header of {name}", Fact(f"without {error}"), allowed) from None
+    session = Session(scenario, drive)
+    session.snapshot = replace(session.snapshot, **course)
+    return session, drive
+
+
+def _drive(scenario: Scenario, kind: str, posture: Posture) -> IdealDrive | RecordedDrive:
+    if kind != IdealDrive.__name__:
+        return RecordedDrive(posture, scenario.coupled)
+    drive = IdealDrive(scenario)
+    drive.posture = posture
+    return drive
+
+
+EVENTS: dict[str, Callable[[Session, Mapping[str, Any]], Snapshot]] = {
+    "place": lambda session, line: session.place(OuterTube(**line["tube"])),
+    "reset": lambda session, line: session.reset(),
+    "couple": lambda session, line: session.couple(line["on"]),
+}
+
+
+def _compare(name: str, header: Mapping[str, Any], line: Mapping[str, Any], snapshot: Snapshot) -> None:
+    if digest(snapshot) == line["digest"]:
+        return
+    tips = [", ".join(f"{1e3 * x:.4f}" for x in tip) for tip in (snapshot.tip.tolist(), line["tip"])]
+    then, now = header["software"], software()
+    changed = [f"{key} {then.get(key)} then, {now[key]} now" for key in now if now[key] != then.get(key)]
+    why = "; ".join(changed) or "with the same versions, so the record was edited or the program changed"
+    where = f"step {snapshot.index} of {name}: the tip is at ({tips[0]}) mm, the record says ({tips[1]}) mm"
+    raise ReplayDiffers(f"{where}: {why}")
+
+
+def _posture(at: list[float]) -> Posture:
+    return Posture(insertion=at[0], rotation=at[1], tension=tuple(at[2:]))
+
+
+def _parsed(line: bytes) -> dict[str, Any]:
+    try:
+        found = json.loads(line)
+    except ValueError:
+        return {}
+    return found if isinstance(found, dict) else {}

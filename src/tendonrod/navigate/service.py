@@ -1,0 +1,227 @@
+"""`Service`: what clients may do with the session and in which order; knows no sockets, see `hub` and `routes`.
+
+Everything that stops the robot comes first and needs no control; everything that moves or changes it needs control.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from concurrent.futures import Future
+from dataclasses import asdict
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ..errors import Fact, InvalidInput
+from . import asked, told, wire
+from .commands import Rates
+from .pilot import Frame, Pilot
+from .seat import Seat
+
+if TYPE_CHECKING:
+    from .records import Records
+    from .session import Session
+
+Tell = Callable[[told.Event | told.Settings], None]
+
+
+class Refused(InvalidInput):
+    """A client asked for what it may not have; the sentence says why."""
+
+    def __init__(self, reason: str) -> None:
+        super().__init__("control", Fact(reason), "yours")
+        self.reason = reason
+
+    def __str__(self) -> str:
+        return self.reason
+
+
+class Service:
+    """A session and those who see and steer it.
+
+    The session must be at its beginning. records: where its records go, the first of them at once; None for none.
+    show: called with the text of each state. tell: called with events and settings for everybody. control_changed:
+    called after each change of who has control. The first two may be called on the pilot's thread.
+    """
+
+    def __init__(
+        self,
+        session: Session,
+        records: Records | None = None,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self.records: Records | None = records
+        self.record: Path | None = None
+        self.seat, self.rates = Seat(clock), Rates()
+        self.show: Callable[[str], None] = lambda text: None
+        self.tell: Tell = lambda message: None
+        self.control_changed: Callable[[], None] = lambda: None
+        if records is not None:
+            self._begin_record(session)
+        self.begun, self.gauges = session.scenario, session.snapshot.limits
+        self._reached = frozenset(session.snapshot.reached)
+        self.newest = Frame(session.snapshot, moving=False, mode="live")
+        self.pilot = Pilot(
+            session, show=self._seen, tell=self.event, runs_still=lambda: self.seat.holder is not None, clock=clock
+        )
+
+    # ---- what is
+
+    def scene(self) -> dict[str, Any]:
+        """As `told.Scene`."""
+        return wire.scene(self.begun, self.gauges)
+
+    def state(self) -> str:
+        """The newest `told.State`, as text."""
+        frame = self.newest
+        name = None if self.record is None else self.record.name
+        return wire.state(frame.snapshot, moving=frame.moving, mode=frame.mode, recording=name)
+
+    def settings(self) -> told.Settings:
+        rates = told.RateValues(**asdict(self.rates))
+        return told.Settings(rates=rates, coupled=self.pilot.session.coupled)
+
+    def welcome(self, client: str) -> dict[str, Any]:
+        """As `told.Welcome`."""
+        settings = self.settings().model_dump()
+        allowed = {name: list(ends) for name, ends in Rates.allowed().items()}
+        first = {"type": "welcome", "protocol": told.PROTOCOL, "client": client, "scene": self.scene()}
+        return {**first, "rates": settings["rates"], "allowed_rates": allowed, "coupled": settings["coupled"]}
+
+    # ---- what stops
+
+    def stop(self, why: str = "stopped") -> None:
+        """Nothing moves from now on; an event tells ``why`` if anything did."""
+        did = self.pilot.dead_man.is_held
+        self.pilot.dead_man.let_go()
+        if did:
+            self.event("info", why)
+
+    def let_go(self) -> None:
+        """Nothing moves from now on, and nobody needs to be told."""
+        self.pilot.dead_man.let_go()
+
+    def leave(self, who: str, why: str) -> None:
+        """``who`` gives control back or is gone."""
+        if not self.seat.has(who):
+            return
+        self.stop(f"{why}: stopped")
+        self.seat.leave(who)
+        self.event("info", f"{who}: {why}")
+        self.control_changed()
+
+    # ---- what needs control
+
+    def take(self, who: str) -> None:
+        """Raises `Refused` while somebody else has control and is there."""
+        before = self.seat.holder
+        if reason := self.seat.take(who):
+            raise Refused(reason)
+        if before != who:
+            self.pilot.dead_man.let_go()
+            self.event("info", f"{who} has control" + (f"; {before} was silent" if before else ""))
+            self.control_changed()
+
+    def jog(self, who: str, jog: asked.Jog | asked.Step, seconds: float | None = None) -> int:
+        """Hold a command; see `Pilot.hold`. Raises `Refused`, and in a replay."""
+        self._needs_control(who)
+        if self.pilot.is_replaying:
+            raise Refused("a record is shown: end the replay first")
+        return self.pilot.hold(self.rates.jog(jog.insertion, jog.rotation, jog.tension), seconds)
+
+    def set_rates(self, who: str, rates: asked.RateBody) -> None:
+        """Raises `InvalidInput` outside the allowed rates."""
+        self._needs_control(who)
+        self.rates = Rates(insertion=rates.insertion, rotation=rates.rotation, tension=rates.tension)
+        self.tell(self.settings())
+
+    def reset(self, who: str) -> Future[Any]:
+        return self._change(who, lambda session: session.reset(), "reset: the robot is retracted")
+
+    def place(self, who: str, tube: asked.Tube) -> Future[Any]:
+        changes = tube.model_dump(exclude_none=True)
+        return self._change(
+            who, lambda session: session.place(session.snapshot.tube.changed(**changes)), "the outer tube is placed"
+        )
+
+    def couple(self, who: str, on: bool) -> Future[Any]:
+        text = "insertion turns the robot along its helix" if on else "the motor stands still while inserting"
+        return self._change(who, lambda session: session.couple(on), text, settings=True)
+
+    def set_recording(self, who: str, on: bool) -> Future[Any]:
+        """Begin a new record, which needs a retracted robot, or end the present one."""
+        if self.records is None:
+            raise Refused("this server keeps no records")
+        if on == (self.record is not None):
+            raise Refused(
+                f"{self.record.name} is being recorded already" if self.record else "nothing is being recorded"
+            )
+        return self._change(who, self._begin_record if on else self._end_record, "recording")
+
+    def play(self, who: str, name: str, speed: float) -> Future[Any]:
+        """Raises `InvalidInput` where there is no such record."""
+        self._needs_control(who)
+        if self.records is None:
+            raise Refused("this server keeps no records")
+        path = self.records.path(name)
+        from .replay import replay
+
+        frames = replay(path)
+        self.event("info", f"{name} is shown")
+        return self.pilot.play(frames, speed)
+
+    def stop_playing(self, who: str) -> Future[Any]:
+        self._needs_control(who)
+        return self.pilot.stop_playing()
+
+    def close(self) -> Path | None:
+        """End thread, session and record; the path of the record."""
+        self.pilot.close()
+        self.pilot.session.close()
+        return self.record
+
+    # ---- inside
+
+    def event(self, severity: str, text: str) -> None:
+        """Tell everybody."""
+        now = round(self.newest.snapshot.time, 6)
+        self.tell(told.Event.model_validate({"severity": severity, "text": text, "time": now}))
+
+    def _needs_control(self, who: str) -> None:
+        if reason := self.seat.refusal(who):
+            raise Refused(reason)
+
+    def _change(self, who: str, work: Callable[[Session], Any], text: str, settings: bool = False) -> Future[Any]:
+        self._needs_control(who)
+        future = self.pilot.ask(work)
+        future.add_done_callback(partial(self._changed, f"{who}: {text}", settings))
+        return future
+
+    def _changed(self, text: str, settings: bool, future: Future[Any]) -> None:
+        if future.cancelled() or future.exception() is not None:
+            return
+        self.event("info", text)
+        if settings:
+            self.tell(self.settings())
+
+    def _begin_record(self, session: Session) -> None:
+        from .record import SessionRecord
+
+        assert self.records is not None
+        path = self.records.fresh()
+        session.start_recording(SessionRecord(path))
+        self.record = path
+
+    def _end_record(self, session: Session) -> None:
+        session.stop_recording()
+        self.record = None
+
+    def _seen(self, frame: Frame) -> None:
+        self.newest = frame
+        if frame.mode == "live":
+            reached = frozenset(frame.snapshot.reached)
+            for name in sorted(reached - self._reached):
+                self.event("info", f"target {name} is reached")
+            self._reached = reached
+        self.show(self.state())

@@ -1,0 +1,149 @@
+"""`Session`: a robot steered through a phantom, step by step; headless, and the same again for the same commands."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from ..errors import Fact, InvalidInput, within
+from .commands import Jog, Posture
+from .drive import Drive, IdealDrive
+from .mechanics import SNAP, Body, move, rest
+from .observation import observed
+from .outer_tube import OuterTube
+from .record import SessionRecord
+from .scenario import Scenario
+from .snapshot import Notice, Snapshot
+
+LONGEST = 60.0  # s of one step
+OWN = ("record", "snap")  # codes of the session's own warnings
+
+
+class Session:
+    """Steers the robot of a `Scenario` with a `Drive`; ``record``, if given, keeps every command.
+
+    No wall time enters: `snapshot` depends on the scenario and the commands alone, bit for bit.
+    """
+
+    def __init__(self, scenario: Scenario, drive: Drive | None = None, record: SessionRecord | None = None) -> None:
+        if not isinstance(scenario, Scenario):
+            raise InvalidInput("scenario", scenario, "a Scenario")
+        self.scenario, self._record = scenario, record
+        self._drive: Drive = IdealDrive(scenario) if drive is None else drive
+        self._body = rest(scenario, self._drive.posture)
+        self._refused: tuple[Jog, float, str] | None = None
+        self._snapped = 0.0
+        self.snapshot: Snapshot = observed(scenario, self._body, index=0, time=0.0, blocked="")
+        if record is not None:
+            record.begin(scenario, type(self._drive).__name__, self.snapshot)
+
+    @property
+    def coupled(self) -> bool:
+        """Whether insertion turns the motor by the follow-the-leader law."""
+        return self._drive.coupled
+
+    def step(self, jog: Jog, dt: float) -> Snapshot:
+        """The session ``dt`` s later, moved at ``jog`` meanwhile.
+
+        Raises `InvalidInput` for what is no `Jog` or no time in (0, 60] s; whatever an operator can do is carried out
+        or refused, and the snapshot says so.
+        """
+        if not isinstance(jog, Jog):
+            raise InvalidInput("jog", jog, "a Jog")
+        dt = within("dt", dt, 1e-6, LONGEST)
+        before = self._body
+        blocked = self._advanced(jog, dt)
+        self._show(before, dt, blocked)
+        if self._record is not None:
+            self._record.step(jog, dt, self.snapshot)
+        return self.snapshot
+
+    def place(self, tube: OuterTube) -> Snapshot:
+        """Put the outer tube elsewhere. Raises `InvalidInput` unless the robot is retracted and the place is free."""
+        if self._body.posture.insertion > 0.0:
+            exposed = Fact(f"{1e3 * self.snapshot.exposed:.1f} mm of robot out")
+            raise InvalidInput("insertion", exposed, "0 while the outer tube is placed: retract the robot first")
+        self._resume(self.scenario.placed(tube), self._body.posture, self.snapshot.reached)
+        if self._record is not None:
+            self._record.placed(tube)
+        return self.snapshot
+
+    def reset(self) -> Snapshot:
+        """Retract the robot at once, without tension, and forget the targets reached; index and time go on."""
+        if not self._drive.retract():
+            raise InvalidInput("reset", Fact("asked for"), "left alone with a real drive: retract the robot instead")
+        self._resume(self.scenario, self._drive.posture, ())
+        if self._record is not None:
+            self._record.reset()
+        return self.snapshot
+
+    def couple(self, on: bool) -> Snapshot:
+        """Let insertion turn the motor by the follow-the-leader law (True), or let the motor stand (False)."""
+        if not isinstance(on, bool):
+            raise InvalidInput("on", on, "True or False")
+        self._drive.coupled = on
+        self.scenario, self._refused = replace(self.scenario, coupled=on), None
+        if self._record is not None:
+            self._record.coupled(on)
+        return self.snapshot
+
+    def start_recording(self, record: SessionRecord) -> None:
+        """Keep every command from now on. Raises `InvalidInput` unless the robot is retracted: a replay starts so."""
+        if self._body.posture.insertion > 0.0:
+            exposed = Fact(f"robot {1e3 * self.snapshot.exposed:.1f} mm out")
+            raise InvalidInput("record", exposed, "started with the robot retracted, from where it can be replayed")
+        self.stop_recording()
+        record.begin(self.scenario, type(self._drive).__name__, self.snapshot)
+        self._record = record
+
+    def stop_recording(self) -> None:
+        """End the record, if there is one."""
+        record, self._record = self._record, None
+        if record is not None:
+            record.close()
+
+    def close(self) -> None:
+        """Stop the drive and end the record."""
+        self._drive.close()
+        self.stop_recording()
+
+    def _advanced(self, jog: Jog, dt: float) -> str:
+        """Carry out a jog as far as it goes; returns why not further, "" where it went all the way."""
+        if self._refused is not None and self._refused[:2] == (jog, dt):
+            self._snapped = 0.0
+            return self._refused[2]  # the same command in the same state
+        self._refused, self._snapped = None, 0.0
+        goal = self._drive.advance(jog, dt)
+        if goal == self._body.posture:
+            return self._drive.fault
+        before, travel = self._body, move(self.scenario, self._body, goal)
+        self._body, self._snapped = travel.body, travel.snapped
+        if not travel.refused:
+            return self._drive.fault
+        if not self._drive.go_back(travel.body.posture):
+            return f"the model cannot follow the robot: {travel.refused}"
+        text = f"not moved further: {travel.refused}; go back, or another way"
+        self._refused = (jog, dt, text) if travel.body is before else None
+        return text
+
+    def _show(self, before: Body, dt: float, blocked: str) -> None:
+        old, told = self.snapshot, self._told()
+        course = {"index": old.index + 1, "time": old.time + dt, "blocked": blocked}
+        if self._body is before and told == tuple(each for each in old.warnings if each.code in OWN):
+            self.snapshot = replace(old, **course)
+        else:
+            self.snapshot = observed(self.scenario, self._body, reached=old.reached, warnings=told, **course)
+
+    def _resume(self, scenario: Scenario, posture: Posture, reached: tuple[str, ...]) -> None:
+        """Begin anew at ``posture``, which must have no history: retracted."""
+        body, old = rest(scenario, posture), self.snapshot
+        shown = observed(scenario, body, index=old.index, time=old.time, blocked="", reached=reached)
+        self.scenario, self._body, self._refused, self.snapshot = scenario, body, None, shown
+
+    def _told(self) -> tuple[Notice, ...]:
+        """Warnings of the session's own."""
+        fault, snapped = "" if self._record is None else self._record.fault, self._snapped
+        told = [Notice(code="record", text=fault, severity="limit")] if fault else []
+        if snapped > SNAP:
+            text = f"the robot snapped by {1e3 * snapped:.1f} mm"
+            told.append(Notice(code="snap", text=text, severity="limit"))
+        return tuple(told)

@@ -1,0 +1,222 @@
+"""What the server says: scene, state of the robot, control, errors. See `messages`."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from .asked import Message, Point, Severity
+
+PROTOCOL = 1
+MOST_POINTS = 64  # of the centre line on the wire
+MOST_CONTACTS = 32  # the strongest
+
+Number = float | None  # null where a number would not be finite
+
+
+class TubePose(Message):
+    """Pose of the outer tube's exit, m and rad, as in `Tube`."""
+
+    height: float
+    offset: float
+    depth: float
+    tilt: float
+    lean: float
+
+
+class RobotScene(Message):
+    name: str
+    torsion: str
+    length: Annotated[float, Field(description="Of the part that can leave the outer tube, m")]
+    outer_radius: Annotated[float, Field(description="m")]
+    tendons: int
+
+
+class StructureScene(Message):
+    name: str
+    role: str
+    is_wall: Annotated[bool, Field(description="Whether the robot may not enter it")]
+    url: Annotated[str, Field(description="Binary STL, vertices in m, world frame")]
+
+
+class TargetScene(Message):
+    name: str
+    level: str
+    position: Point
+    tolerance: Annotated[float, Field(description="m")]
+    side: str
+    description: str
+
+
+class LevelScene(Message):
+    name: str
+    z_low: float
+    z_high: float
+    entry_height: Annotated[Number, Field(description="z of an exit in the window of this level, m")] = None
+    entry_depth: Annotated[Number, Field(description="x of such an exit, m")] = None
+
+
+class PhantomScene(Message):
+    name: str
+    kind: str
+    structures: list[StructureScene]
+    targets: list[TargetScene]
+    levels: Annotated[list[LevelScene], Field(description="Cranial to caudal, m")]
+
+
+class LimitScene(Message):
+    name: str
+    low: Number
+    high: Number
+    unit: str
+
+
+class Scene(Message):
+    """What stays as it is for the whole session."""
+
+    robot: RobotScene
+    phantom: PhantomScene
+    limits: list[LimitScene]
+    gravity: Annotated[Point, Field(description="m/s2")]
+    tube: Annotated[TubePose, Field(description="Where the session began")]
+
+
+class RateValues(Message):
+    insertion: Annotated[float, Field(description="m/s")]
+    rotation: Annotated[float, Field(description="rad/s")]
+    tension: Annotated[float, Field(description="N/s")]
+
+
+class RateRanges(Message):
+    """Lowest and highest of each rate."""
+
+    insertion: Annotated[list[float], Field(min_length=2, max_length=2)]
+    rotation: Annotated[list[float], Field(min_length=2, max_length=2)]
+    tension: Annotated[list[float], Field(min_length=2, max_length=2)]
+
+
+class Welcome(Message):
+    """The first message of a connection."""
+
+    type: Literal["welcome"] = "welcome"
+    protocol: int = PROTOCOL
+    client: str
+    scene: Scene
+    rates: RateValues
+    allowed_rates: RateRanges
+    coupled: bool
+
+
+class Settings(Message):
+    """Rates and coupling, after a change."""
+
+    type: Literal["settings"] = "settings"
+    rates: RateValues
+    coupled: bool
+
+
+class Control(Message):
+    """Who has control, after every change."""
+
+    type: Literal["control"] = "control"
+    operator: str | None
+    you: bool
+    watchers: int
+
+
+class Contact(Message):
+    point: Point
+    force: Annotated[Point, Field(description="On the robot, N")]
+    pressure: Annotated[Number, Field(description="Pa")]
+
+
+class GaugeState(Message):
+    value: Number
+    low: Number
+    high: Number
+    unit: str
+    exceeded: bool
+
+
+class WarningState(Message):
+    code: str
+    text: str
+    severity: Severity
+
+
+class State(Message):
+    """The robot now. At 60 Hz while it moves, at least at 10 Hz when still; a slow client skips to the newest."""
+
+    type: Literal["state"] = "state"
+    index: int
+    time: Annotated[float, Field(description="s, of the session")]
+    insertion: Annotated[float, Field(description="Share of the length, 0 to 1")]
+    rotation: Annotated[float, Field(description="Of the section at the exit, rad")]
+    tension: Annotated[list[float], Field(description="One per tendon, N")]
+    tube: TubePose
+    centerline: Annotated[list[Point], Field(max_length=MOST_POINTS, description="Of the robot, from the exit on, m")]
+    clearance: Annotated[dict[str, list[Number]], Field(description="Wall to structure at each point, m; < 0: inside")]
+    pressure: Annotated[list[Number], Field(description="At each point of the centre line, Pa")]
+    contacts: Annotated[list[Contact], Field(max_length=MOST_CONTACTS, description="The strongest")]
+    tip: Point
+    tip_direction: Annotated[Point, Field(description="Unit vector")]
+    targets: Annotated[dict[str, float], Field(description="Distance of each, m")]
+    reached: list[str]
+    gauges: dict[str, GaugeState]
+    warnings: list[WarningState]
+    in_range: Annotated[bool, Field(description="Whether the model holds here")]
+    blocked: Annotated[str, Field(description="Why the last command was not carried out; empty if it was")]
+    moving: bool
+    mode: Literal["live", "replay"]
+    recording: Annotated[str | None, Field(description="Name of the record")]
+
+
+class Event(Message):
+    """Something happened that an operator wants to know."""
+
+    type: Literal["event"] = "event"
+    severity: Severity
+    text: str
+    time: float
+
+
+class Error(Message):
+    """A message of this client was refused; nothing moves because of it."""
+
+    type: Literal["error"] = "error"
+    text: str
+
+
+class Pong(Message):
+    type: Literal["pong"] = "pong"
+    id: int
+
+
+# ---- answers of the HTTP interface
+
+
+class RecordEntry(Message):
+    name: str
+    size: Annotated[int, Field(description="bytes")]
+    modified: Annotated[float, Field(description="s since 1970, UTC")]
+
+
+class Seated(Message):
+    """Control is given; the key goes with every request that needs it, as the header X-Key."""
+
+    operator: str
+    key: str
+
+
+class Who(Message):
+    """Who has control, and how many pages are connected."""
+
+    operator: str | None
+    clients: int
+
+
+class Refusal(Message):
+    """Why a request was not carried out."""
+
+    detail: str

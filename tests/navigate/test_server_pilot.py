@@ -1,0 +1,153 @@
+"""The pilot on a clock that the test turns: what moves, for how long, and what stops it."""
+
+import pytest
+
+from navigate.pretend import PretendSession
+from tendonrod.errors import InvalidInput
+from tendonrod.navigate.commands import Jog
+from tendonrod.navigate.dead_man import DEADLINE
+from tendonrod.navigate.pilot import LONGEST, MOST_REQUESTS, PERIOD, STILL, Pilot
+
+IN = Jog(insertion=1e-3)
+
+
+class Bridge:
+    """A pilot, its session, its clock, and what it showed and told."""
+
+    def __init__(self) -> None:
+        self.now, self.shown, self.told, self.runs = 0.0, [], [], True
+        self.session = PretendSession()
+        self.pilot = Pilot(
+            self.session, show=self.shown.append, tell=lambda severity, text: self.told.append(text),
+            runs_still=lambda: self.runs, clock=lambda: self.now,
+        )  # fmt: skip
+
+    def run(self, seconds: float, held: Jog | None = None, every: float = 0.03) -> None:
+        """Let time pass; ``held`` comes again and again as from a page."""
+        end, sent = self.now + seconds, -1.0
+        while self.now < end - 1e-9:
+            if held is not None and self.now - sent >= every:
+                self.pilot.hold(held)
+                sent = self.now
+            self.now += min(max(self.pilot.tick(), 1e-4), 0.005)
+
+
+@pytest.fixture
+def bridge() -> Bridge:
+    return Bridge()
+
+
+def test_a_held_command_moves_in_real_time(bridge):
+    bridge.run(2.0, IN)
+    bridge.pilot.dead_man.let_go()
+    assert sum(dt for _, dt in bridge.session.moved) == pytest.approx(2.0, abs=3 * PERIOD)
+    assert all(jog == IN and dt <= LONGEST for jog, dt in bridge.session.moved)
+
+
+def test_states_come_at_60_hz_while_moving_and_above_10_hz_when_still(bridge):
+    bridge.run(1.0, IN)
+    assert 55 <= len(bridge.shown) <= 66
+    bridge.run(0.3)
+    before = len(bridge.shown)
+    bridge.run(1.0)
+    assert 10 <= len(bridge.shown) - before <= 14
+
+
+def test_silence_stops_within_the_deadline_and_is_told(bridge):
+    bridge.run(0.5, IN)
+    bridge.pilot.hold(IN)
+    held_at, before = bridge.now, len(bridge.session.moved)
+    bridge.run(1.0)
+    assert sum(dt for _, dt in bridge.session.moved[before:]) <= DEADLINE
+    assert not bridge.shown[-1].moving
+    assert any("no command" in text for text in bridge.told)
+    assert bridge.now > held_at + DEADLINE
+
+
+def test_a_slow_step_does_not_lead_to_a_longer_motion(bridge):
+    slow = bridge.session.step
+
+    def step(jog, dt):
+        bridge.now += 0.4
+        return slow(jog, dt)
+
+    bridge.session.step = step
+    bridge.pilot.hold(IN)
+    for _ in range(5):
+        bridge.pilot.tick()
+        bridge.now += 0.01
+    assert len(bridge.session.moved) == 1
+
+
+def test_letting_go_stops_at_once(bridge):
+    bridge.run(0.5, IN)
+    bridge.pilot.dead_man.let_go()
+    before = len(bridge.session.moved)
+    bridge.run(0.5)
+    assert len(bridge.session.moved) == before
+
+
+def test_a_command_does_not_wait_for_the_slow_rhythm_of_standing_still(bridge):
+    bridge.run(1.0)
+    bridge.pilot.hold(IN)
+    bridge.pilot.tick()
+    assert len(bridge.session.moved) == 1
+
+
+def test_the_clock_of_the_session_stands_where_nobody_has_control(bridge):
+    bridge.runs = False
+    bridge.run(1.0)
+    assert bridge.session.snapshot.time == 0.0
+    bridge.runs = True
+    bridge.run(1.0)
+    assert bridge.session.snapshot.time == pytest.approx(1.0, abs=2 * STILL)
+
+
+def test_a_request_stops_the_motion_and_is_answered_between_steps(bridge):
+    bridge.run(0.5, IN)
+    future = bridge.pilot.ask(lambda session: session.reset())
+    assert not bridge.pilot.dead_man.is_held
+    bridge.pilot.tick()
+    assert future.result(0).insertion == 0.0
+    assert bridge.session.snapshot.insertion == 0.0
+
+
+def test_a_request_that_is_refused_is_told_to_who_asked(bridge):
+    future = bridge.pilot.ask(lambda session: session.nothing_like_this)
+    bridge.pilot.tick()
+    assert isinstance(future.exception(0), AttributeError)
+    bridge.run(0.2, IN)
+    assert bridge.session.moved
+
+
+def test_too_many_requests_are_refused(bridge):
+    for _ in range(MOST_REQUESTS):
+        bridge.pilot.ask(lambda session: None)
+    with pytest.raises(InvalidInput, match="waiting"):
+        bridge.pilot.ask(lambda session: None)
+
+
+def test_a_record_is_shown_at_its_pace_and_nothing_moves_meanwhile(bridge):
+    other = PretendSession()
+    frames = [other.step(IN, PERIOD) for _ in range(120)]
+    bridge.pilot.play(iter(frames), speed=2.0)
+    bridge.run(0.5, IN)
+    assert bridge.pilot.is_replaying
+    assert not bridge.session.moved
+    shown = [frame.snapshot for frame in bridge.shown if frame.mode == "replay"]
+    assert shown[-1].time == pytest.approx(frames[0].time + 2.0 * 0.5, abs=5 * PERIOD)
+    refused = bridge.pilot.ask(lambda session: session.reset())
+    bridge.run(1.0)
+    assert "end the replay" in str(refused.exception(0))
+    assert not bridge.pilot.is_replaying
+    assert bridge.shown[-1].mode == "live"
+    assert bridge.shown[-1].snapshot.insertion == 0.0
+
+
+def test_a_replay_can_be_ended(bridge):
+    other = PretendSession()
+    bridge.pilot.play((other.step(IN, 1.0) for _ in range(100)), speed=1.0)
+    bridge.run(0.2)
+    bridge.pilot.stop_playing()
+    bridge.run(0.2)
+    assert bridge.shown[-1].mode == "live"

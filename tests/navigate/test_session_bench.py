@@ -1,0 +1,119 @@
+"""A session on the virtual bench: it shows what the bench measures, again and again alike; faults stop it."""
+
+from dataclasses import replace
+
+import pytest
+
+from navigate import round_phantom
+from tendonrod import InvalidInput, anatomy
+from tendonrod.navigate.bench_drive import BenchDrive
+from tendonrod.navigate.commands import Jog
+from tendonrod.navigate.limits import NavigationLimits
+from tendonrod.navigate.record import SessionRecord, digest
+from tendonrod.navigate.replay import replay
+from tendonrod.navigate.session import Session
+from tendonrod.navigate.teleoperate import DEAD_MAN, Teleoperate
+from tendonrod.rig.benches import VirtualSource
+from tendonrod.rig.drives import Machine
+from tendonrod.rig.interfaces import AxisState, Command, Force, Sample
+from tendonrod.rig.virtual.injection import Injection
+from tendonrod.rig.virtual.setup import VirtualSetup
+
+STEP = 0.05
+
+
+@pytest.fixture(scope="module")
+def scenario():
+    return round_phantom.scenario()
+
+
+def on_bench(scenario, setup=None, record=None, **changes):
+    drive = BenchDrive(scenario, VirtualSource(setup=setup or VirtualSetup(robot=scenario.robot)), **changes)
+    return Session(scenario, drive, record)
+
+
+def steps(session, jog, count):
+    for _ in range(count):
+        session.step(jog, STEP)
+    return session.snapshot
+
+
+def test_the_session_goes_where_the_bench_goes(scenario):
+    session = on_bench(scenario)
+    out = steps(session, Jog(insertion=1e-3), 120)
+    assert 1e-3 < out.exposed < 6e-3  # the lead screw of the virtual bench is the slow one
+    taut = steps(session, Jog(tension=0.1), 60)
+    still = steps(session, Jog(), 60)
+    assert still.tension == pytest.approx([0.3], abs=0.03)
+    assert abs(still.exposed - taut.exposed) < 0.1e-3
+    turned = steps(session, Jog(rotation=0.3), 40)
+    assert turned.rotation - still.rotation == pytest.approx(0.6, abs=0.1)
+    back = steps(session, Jog(insertion=-1e-3, tension=-0.1), 60)
+    assert back.exposed < turned.exposed
+    session.close()
+
+
+def test_the_same_seed_gives_the_same_session_and_its_record_replays(scenario, tmp_path, monkeypatch):
+    monkeypatch.setattr(anatomy, "load_phantom", lambda source, levels=None: round_phantom.round_phantom())
+    path, found = tmp_path / "bench.jsonl", []
+    for record in (SessionRecord(path), None):
+        session = on_bench(scenario, record=record, seed=7)
+        found.append(digest(steps(session, Jog(insertion=1e-3, tension=0.05), 40)))
+        session.close()
+    assert found[0] == found[1]
+    assert digest(list(replay(path))[-1]) == found[0]
+
+
+def test_a_fault_stops_the_session_and_is_told(scenario):
+    broken = Injection(kind="load cell gives no number", time=20.0)
+    setup = replace(VirtualSetup(robot=scenario.robot), injections=(broken,))
+    session = on_bench(scenario, setup)
+    shown = steps(session, Jog(insertion=1e-3), 10)
+    while shown.time < 40.0 and not shown.blocked:
+        shown = session.step(Jog(insertion=1e-3), 0.5)
+    assert shown.blocked.startswith("the bench stopped: sensor gives no number")
+    later = steps(session, Jog(insertion=1e-3), 40)
+    assert later.exposed == pytest.approx(shown.exposed, abs=0.2e-3)
+    assert later.blocked == shown.blocked
+    session.close()
+
+
+def test_a_bench_is_not_reset_by_a_word(scenario):
+    session = on_bench(scenario)
+    with pytest.raises(InvalidInput, match="reset = asked for: must be left alone with a real drive"):
+        session.reset()
+    session.close()
+    session.close()
+
+
+def test_the_benchs_robot_must_be_the_sessions(scenario):
+    other = VirtualSetup(robot=scenario.robot.replace(torsion="published"))
+    with pytest.raises(InvalidInput, match=r"torsion published: must be one with the scenario's robot, .*homogenized"):
+        on_bench(scenario, other)
+
+
+def test_a_jog_that_is_not_renewed_ends():
+    machine = Machine(length=75e-3)
+    task, z, period = Teleoperate(machine, NavigationLimits()), 0.0, 5e-3
+    axis = AxisState(time=0.0, position=0.0, velocity=0.0)
+    sample = Sample(time=0.0, screw=axis, translation=axis, rotation=axis, force=Force(time=0.0, tension=0.0))
+    task.steer(Jog(insertion=2e-3))
+    sent = Command()
+    for _ in range(100):
+        sent = task.update(replace(sample, translation=replace(axis, position=z)), period)
+        z += sent.translation * period
+    assert z == pytest.approx(2e-3 * DEAD_MAN, abs=2e-3 * period)
+    assert abs(sent.translation) < 1e-6
+
+
+def test_with_its_own_thread_the_bench_goes_on_by_itself(scenario):
+    source = VirtualSource(setup=VirtualSetup(robot=scenario.robot), real_time=True)
+    session = Session(scenario, drive := BenchDrive(scenario, source, own_thread=True, rate=25.0))
+    while session.snapshot.exposed < 0.2e-3 and not drive.fault:
+        session.step(Jog(insertion=2e-3), 0.02)
+        drive.clock.wait_until(drive.clock.now() + 0.02)
+    drive.clock.wait_until(drive.clock.now() + 3.0 * DEAD_MAN)
+    rest = drive.posture.insertion
+    drive.clock.wait_until(drive.clock.now() + 3.0 * DEAD_MAN)
+    assert drive.posture.insertion == pytest.approx(rest, abs=1e-4)
+    session.close()

@@ -1,0 +1,62 @@
+"""`tendonrod phantom`: what it says, draws and writes, and every wrong option by name."""
+
+import json
+
+import pytest
+
+from tendonrod.anatomy import load_phantom
+from tendonrod.cli import main
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _own_cache(tmp_path_factory):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("TENDONROD_CACHE", str(tmp_path_factory.mktemp("distances")))
+        yield
+
+
+def test_the_page_has_levels_targets_and_sources(capsys):
+    assert main(["phantom", "--levels", "T11", "--robot", "exonav-1"]) == 0
+    said = capsys.readouterr().out
+    assert said.startswith("printed: printed, T11\n")
+    for words in ("lateral-left@T11", "Frostell 2016", "canal_depth_mm", "engineering choices", "4.68"):
+        assert words in said
+
+
+def test_json_is_the_phantom_in_si(capsys):
+    assert main(["phantom", "--levels", "T11", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    phantom = load_phantom("printed", levels="T11")
+    assert [each["name"] for each in told["structures"]] == list(phantom.structures)
+    for each in told["targets"]:
+        target = phantom.target(each["name"])
+        assert each["position"] == list(target.position)
+        assert each["room"] == phantom.free().distance([target.position])[0][0]
+    assert told["sources"] == dict(phantom.sources)
+    assert told["numbers"]["canal_depth_mm"]["T8"] == 14.6
+
+
+def test_figure_and_files_are_written(capsys, tmp_path):
+    options = ["--view", str(tmp_path / "p.png"), "--export", str(tmp_path / "stl"), "--robot", "exonav-1"]
+    assert main(["phantom", "anatomical", "--levels", "C3", *options]) == 0
+    assert (tmp_path / "p.png").read_bytes().startswith(b"\x89PNG")
+    assert {"dura.stl", "print-spine.stl", "manifest.json"} <= {path.name for path in (tmp_path / "stl").iterdir()}
+    assert "print-spine.stl: vertebrae, discs and ligaments in one" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (["prinetd"], "PHANTOM = 'prinetd': must be one of printed, anatomical"),
+        (["--levels", "L2-T8"], "--levels = 'L2-T8': must be a level or a range"),
+        (
+            ["anatomical", "--levels", "C3", "--robot", "exonav-3"],
+            "--robot = a tube of 1.906 mm: must be thinner",
+        ),
+        (["--view", "p.txt"], "--view = p.txt: must be a file name that ends in .png, .svg or .pdf"),
+        (["--plate", "3"], "--plate = 3.0: must be from 50 to 2000"),
+    ],
+)
+def test_wrong_options_are_named(capsys, options, said):
+    assert main(["phantom", *options]) == 2
+    assert said in capsys.readouterr().err

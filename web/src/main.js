@@ -1,0 +1,112 @@
+// The page: one store of what the server says, one stage to draw it, panels around it, controls that stop by default.
+
+import { Bindings } from "./controls/bindings.js";
+import { HoldButtons } from "./controls/buttons.js";
+import { Gamepads } from "./controls/gamepad.js";
+import { Jog } from "./controls/jog.js";
+import { Keys } from "./controls/keys.js";
+import { guard } from "./controls/safety.js";
+import { Connection, socketUrl } from "./connection.js";
+import { byId, setText } from "./panels/elements.js";
+import { Header } from "./panels/header.js";
+import { Pad } from "./panels/pad.js";
+import { Picture } from "./picture.js";
+import { Placing } from "./panels/placing.js";
+import { Records } from "./panels/records.js";
+import { Settings } from "./panels/settings.js";
+import { Store } from "./store.js";
+
+const PING_MS = 2000; // an operator who is silent for ten seconds may be replaced
+const RATES_MS = 100;
+
+const query = location.search;
+const store = new Store();
+const picture = new Picture(store, query);
+const send = (message) => connection.send(message);
+
+// ---- what moves, and what stops it
+const bindings = new Bindings();
+const keys = new Keys(bindings);
+const buttons = new HoldButtons();
+const gamepads = new Gamepads({ onLost: () => halt("The gamepad is lost") });
+const hasFocus = () => document.hasFocus() && !document.hidden && !document.querySelector("dialog[open]");
+const jog = new Jog({ sources: [keys, buttons, gamepads], send, maySteer: () => store.maySteer && hasFocus(), onHalt });
+
+function halt(reason) {
+  jog.halt(reason);
+}
+
+function stop(reason) {
+  halt(reason);
+  send({ type: "stop" });
+}
+
+function onHalt(reason, wasMoving) {
+  if (wasMoving) picture.events.add(`${reason}: stopped.`, "warning", store.state?.time);
+}
+
+guard({ halt, stop });
+
+// ---- panels that act
+const pad = new Pad(byId("axes"), { bindings, buttons, onRates: sendRatesSoon });
+new Header({ store, send, stop });
+new Placing({ store, send });
+new Records({ store, send, query });
+new Settings({ bindings, gamepads });
+bindings.readLayout();
+for (const dialog of document.querySelectorAll("dialog")) dialog.addEventListener("focusin", () => halt("A dialog is open"));
+
+let ratesTimer = null;
+function sendRatesSoon(rates) {
+  clearTimeout(ratesTimer);
+  ratesTimer = setTimeout(() => send({ type: "rates", ...rates }), RATES_MS);
+}
+
+const coupling = byId("coupling");
+coupling.addEventListener("change", () => send({ type: "coupling", on: coupling.checked }));
+
+function showSettings() {
+  pad.build(store.rates, store.allowedRates);
+  coupling.checked = store.coupled;
+}
+
+store.on("welcome", showSettings);
+store.on("settings", showSettings);
+store.on("error", () => store.rates && showSettings()); // what was refused goes back to what holds
+store.on("control", () => !store.maySteer && halt("This page has no control"));
+store.on("connection", (isConnected) => !isConnected && halt("The connection is lost"));
+setInterval(showControls, 60);
+
+function showControls() {
+  pad.setEnabled(store.maySteer);
+  coupling.disabled = !store.maySteer;
+  pad.showWish(store.maySteer ? jog.read() : { hold: false });
+  setText(byId("input-text"), inputText());
+}
+
+function inputText() {
+  if (!store.connected) return "";
+  if (store.isReplaying) return "Replay: nothing can be moved.";
+  if (!store.control.you) return "Watching only.";
+  return gamepads.id === null ? "Keys, buttons or a gamepad." : gamepads.describe();
+}
+
+// ---- the server
+const connection = new Connection(socketUrl(location), {
+  onMessage: (message) => store.receive(message),
+  onStatus: (isConnected) => store.setConnected(isConnected),
+});
+setInterval(() => send({ type: "ping", id: Math.round(performance.now()) }), PING_MS);
+
+// ---- what a test or a curious reader may look at
+window.tendonrod = {
+  get state() { return store.state; },
+  get scene() { return store.scene; },
+  get control() { return store.control; },
+  get connected() { return store.connected; },
+  get stateCount() { return store.stateCount; },
+  get isMoving() { return jog.isMoving; },
+  get framesDrawn() { return picture.framesDrawn; },
+  drop: () => connection.drop(),
+  bindings, gamepads, jog, picture,
+};

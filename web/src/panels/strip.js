@@ -1,0 +1,112 @@
+// The last minute as a strip chart: insertion, tension, least clearance, and marks where something happened.
+
+import { bodyClearance, fixed, isNumber, least } from "../units.js";
+import { fitted } from "./canvas.js";
+
+const SPAN = 60; // s shown
+const STEP = 0.1; // s between samples
+const LEFT = 116; // px for the names
+const LANES = [
+  { key: "insertion", name: "Insertion", unit: "mm", digits: 1 },
+  { key: "tension", name: "Tension", unit: "N", digits: 2 },
+  { key: "clearance", name: "Clearance", unit: "mm", digits: 2 },
+];
+
+export class Strip {
+  constructor(canvas) {
+    Object.assign(this, { canvas, samples: [], marks: [], tops: { insertion: 75, tension: 1, clearance: 2 } });
+  }
+
+  build(scene) {
+    this.length = scene.robot.length;
+    const tension = scene.limits?.find((limit) => limit.name.startsWith("tension"));
+    this.tops = { insertion: 1e3 * this.length, tension: tension?.high ?? 1, clearance: 2 };
+  }
+
+  add(state, now) {
+    if (now - (this.samples.at(-1)?.now ?? -1) < STEP) return;
+    const [clearance] = least(bodyClearance(state.clearance));
+    this.samples.push({ now, insertion: 1e3 * state.insertion * this.length, tension: Math.max(...state.tension),
+      clearance: clearance === null ? NaN : 1e3 * clearance, outside: state.in_range === false });
+    while (this.samples[0].now < now - SPAN - 1) this.samples.shift();
+    while (this.marks[0]?.now < now - SPAN) this.marks.shift();
+  }
+
+  mark(severity, now) {
+    this.marks.push({ severity, now });
+  }
+
+  draw(now, theme) {
+    const { context, width, height } = fitted(this.canvas);
+    const x = (time) => LEFT + ((time - now + SPAN) / SPAN) * (width - LEFT - 6);
+    const lane = (height - 14) / LANES.length;
+    context.clearRect(0, 0, width, height);
+    context.font = theme.font;
+    this.shadeOutside(context, x, lane * LANES.length, theme);
+    this.drawMarks(context, x, lane * LANES.length, theme);
+    LANES.forEach((one, i) => this.drawLane(context, one, { x, top: i * lane, lane, width }, theme));
+    timeScale(context, x, height, theme);
+  }
+
+  drawLane(context, { key, name, unit, digits }, { x, top, lane, width }, theme) {
+    const bottom = top + lane - 4;
+    const y = (value) => bottom - Math.min(1, Math.max(0, value / this.tops[key])) * (lane - 8);
+    rule(context, LEFT, width - 6, bottom, theme.line);
+    context.strokeStyle = theme[key];
+    context.lineWidth = 1.6;
+    context.beginPath();
+    let isDown = false;
+    for (const sample of this.samples) {
+      if (isNumber(sample[key])) context[isDown ? "lineTo" : "moveTo"](x(sample.now), y(sample[key]));
+      isDown = isNumber(sample[key]);
+    }
+    context.stroke();
+    caption(context, name, `${fixed(this.samples.at(-1)?.[key], digits)} ${unit}`, { middle: top + lane / 2, isFlat: lane < 32 }, theme, theme[key]);
+  }
+
+  shadeOutside(context, x, height, theme) {
+    context.globalAlpha = 0.16;
+    context.fillStyle = theme.bad;
+    this.samples.forEach((sample, i) => {
+      if (!sample.outside) return;
+      const end = this.samples[i + 1]?.now ?? sample.now + STEP;
+      context.fillRect(x(sample.now), 0, Math.max(1, x(end) - x(sample.now)), height);
+    });
+    context.globalAlpha = 1;
+  }
+
+  drawMarks(context, x, height, theme) {
+    for (const { severity, now } of this.marks) {
+      context.fillStyle = severity === "good" ? theme.good : severity === "limit" ? theme.bad : severity === "warning" ? theme.warn : theme.line;
+      context.fillRect(x(now), 0, 1.5, height);
+    }
+  }
+}
+
+function rule(context, from, to, y, colour) {
+  context.strokeStyle = colour;
+  context.lineWidth = 1;
+  context.beginPath();
+  context.moveTo(from, y + 0.5);
+  context.lineTo(to, y + 0.5);
+  context.stroke();
+}
+
+function caption(context, name, value, { middle, isFlat }, theme, colour) {
+  context.textAlign = "left";
+  context.textBaseline = "middle";
+  context.fillStyle = colour;
+  context.fillText(name, 4, isFlat ? middle : middle - 7);
+  context.fillStyle = theme.text;
+  context.fillText(value, isFlat ? 64 : 4, isFlat ? middle : middle + 6);
+}
+
+function timeScale(context, x, height, theme) {
+  context.fillStyle = theme.quiet;
+  context.textBaseline = "alphabetic";
+  for (const ago of [60, 45, 30, 15, 0]) {
+    context.textAlign = ago === 60 ? "left" : ago === 0 ? "right" : "center";
+    const now = performance.now() / 1e3;
+    context.fillText(ago ? `−${ago} s` : "now", x(now - ago), height - 2);
+  }
+}

@@ -1,0 +1,52 @@
+// Warnings in plain sentences over the view. Read aloud once when they appear, not at each change of a number.
+
+import { capital } from "../units.js";
+import { element, setText } from "./elements.js";
+
+const RANK = { limit: 0, warning: 1, info: 2 };
+
+export class Warnings {
+  constructor(banner, list) {
+    Object.assign(this, { banner, list, rows: new Map(), known: "" });
+  }
+
+  update(state, lost = "") {
+    const notes = lost ? [] : collect(state);
+    this.showBanner(lost, state);
+    for (const [code, row] of this.rows) if (!notes.some((note) => note.code === code)) this.drop(code, row);
+    for (const note of notes) this.show(note);
+  }
+
+  showBanner(lost, state) {
+    const isOutside = state && state.in_range === false;
+    const text = lost || (isOutside ? "Outside the model’s range: shape and forces are not to be trusted." : "");
+    this.banner.hidden = !text;
+    this.banner.dataset.kind = lost ? "lost" : "range";
+    this.banner.setAttribute("role", "alert");
+    setText(this.banner, text);
+  }
+
+  show({ code, text, severity }) {
+    const row = this.rows.get(code) ?? this.add(code);
+    row.dataset.severity = severity;
+    setText(row, capital(text));
+  }
+
+  add(code) {
+    const row = element("p", { className: "warning" });
+    this.rows.set(code, row);
+    this.list.append(row);
+    return row;
+  }
+
+  drop(code, row) {
+    row.remove();
+    this.rows.delete(code);
+  }
+}
+
+function collect(state) {
+  const blocked = state?.blocked ? [{ code: "blocked", text: `Not carried out: ${state.blocked}`, severity: "limit" }] : [];
+  const warnings = [...(state?.warnings ?? [])].sort((a, b) => (RANK[a.severity] ?? 3) - (RANK[b.severity] ?? 3));
+  return [...blocked, ...warnings].slice(0, 4);
+}
