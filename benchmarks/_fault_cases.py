@@ -19,6 +19,7 @@ ANY_TIME = ((Phase.START, 1.0), (Phase.TAKE_UP, 1.0), (Phase.INSERT, 3.0))  # ph
 TAUT = ((Phase.INSERT, 3.0),)
 MOVING = ((Phase.INSERT, 1.4),)  # of motion at the full rate, which lasts on for half a second
 EASED = 0.7  # s, after which the screw is near its rate
+WINDING = ((Phase.TAKE_UP, 0.02),)
 AT_END = ((Phase.SETTLE, 0.1),)
 OFF = {"screw": 0.5e-3, "translation": 0.5e-3, "rotation": 0.15}  # least difference of a runaway from the motion
 TOP = {"screw": 3e-3, "translation": 5e-3, "rotation": 1.0}  # fastest runaway
@@ -169,6 +170,19 @@ def _weak(kind: InjectionKind):
     return made
 
 
+def _dead(rng: np.random.Generator) -> Ill:
+    """A cell that is dead from the start: as much is pulled as a slack tendon may need."""
+    return Ill(finds=FaultKind.TENSION_LOST, injected=(InjectionKind.CELL_DEAD, {}), when=WINDING)
+
+
+def _frozen(rng: np.random.Generator) -> Ill:
+    """The reading stays where it was, up or down the profile."""
+    ends = (0.2, 0.85) if rng.uniform() < 0.5 else (0.85, 0.3)
+    return Ill(
+        finds=FaultKind.TENSION_LOST, injected=(InjectionKind.CELL_FROZEN, {}), tension=ends, when=MOVING, least=EASED
+    )
+
+
 def _deed(deed: str, finds: FaultKind | None, **more):
     def made(rng: np.random.Generator) -> Ill:
         return Ill(finds=finds, deed=deed, **more)
@@ -184,6 +198,8 @@ CASES: dict[str, Callable[[np.random.Generator], Ill]] = {
     "cell jumps": _cell_jump(FaultKind.TENSION_RATE, 0.4, 3.0, (0.2, 0.85), both=True),
     "strain above limit": _cell_jump(FaultKind.STRAIN, 0.24, 0.28, (0.56, 0.58), limits={"strain_at": 0.75}),
     "cell reads zero, below 0.3 N": _weak(InjectionKind.CELL_DEAD),
+    "cell reads zero from the start": _dead,
+    "cell stands still": _frozen,
     "tendon breaks": _break,
     "tendon breaks, below 0.3 N": _weak(InjectionKind.TENDON_BREAK),
     **{f"encoder jumps, {axis}": _encoder_jump(axis) for axis in AXES},
@@ -199,6 +215,7 @@ CASES: dict[str, Callable[[np.random.Generator], Ill]] = {
     "disk full": _deed("disk full", FaultKind.RECORD),
     "controller raises": _deed("raise", FaultKind.CONTROLLER),
     "controller says NaN": _deed("nan", FaultKind.CONTROLLER),
+    "controller stuck": _deed("stuck", FaultKind.STUCK, when=TAUT, shows=0.1, limits={"patience": 8.0}),
     "emergency stop": _deed("emergency", FaultKind.EMERGENCY, may_hold=True),
     "Ctrl-C": _deed("interrupt", FaultKind.EMERGENCY),
     "process killed": _deed("kill", None),

@@ -20,7 +20,7 @@ from tendonrod.rig.detection import DETECTION
 from tendonrod.rig.drives import Machine
 from tendonrod.rig.ending import safely
 from tendonrod.rig.guarded import GuardedBench
-from tendonrod.rig.interfaces import AxisLimits, Command, Sample
+from tendonrod.rig.interfaces import STILL, AxisLimits, Command, Sample
 from tendonrod.rig.limits import Limits
 from tendonrod.rig.loop import Moment, drive, prepare
 from tendonrod.rig.model_limits import StrainTable, bench_limits, strain_limit
@@ -37,7 +37,7 @@ RATE, PERIOD = 200.0, 5e-3
 SCREW = lead_screw(speed=3e-3, acceleration=30e-3, braking=0.1)  # six times faster than by default, to save time
 SCREW_RATE = 2e-3  # m/s
 WAY = 0.07  # insertion
-LONGEST, PATIENCE = 40.0, 60.0  # s of bench time and of real time, beyond which a trial counts as stuck
+LONGEST, PATIENCE = 40.0, 60.0  # s of bench time and of real time, beyond which a trial counts as stuck, a disk as well
 FILTER = 2.0  # time constants of the load cell's amplifier that count as its delay
 AFTER = 0.2  # s, after which the axes must stand
 REST = 1e-6  # per s, below which an axis stands
@@ -132,6 +132,8 @@ class _Spoilt(FollowLeader):
         command, fails = super().update(sample, dt), self.fate.struck == self.fate.struck
         if fails and self.fate.ill.deed == "raise":
             raise ZeroDivisionError("injected")
+        if fails and self.fate.ill.deed == "stuck":
+            return STILL
         return replace(command, translation=nan) if fails and self.fate.ill.deed == "nan" else command
 
 
@@ -145,7 +147,7 @@ class _Trial:
         setup = VirtualSetup(**usual | self.ill.setup)
         self.bench: VirtualBench = virtual_bench(setup, item)
         self.guarded = GuardedBench(self.bench, self._limits(), known()[0])
-        self.recorder = Recorder(self.path, {"task": "campaign"}, sync=None)
+        self.recorder = Recorder(self.path, {"task": "campaign"}, sync=None, patience=PATIENCE)
         self.fate = _Fate(self.ill, np.random.default_rng((seed, item, 1)))
         self.task, self.stood, self.written = self._task(), nan, list[float]()
         self.real = time.monotonic()
@@ -156,14 +158,14 @@ class _Trial:
         if (tension := changes.pop("strain_at", None)) is not None:
             changes["strain"] = table(self.start, tension)
         if (beyond := changes.pop("ends", None)) is not None:
-            high = (self.start + WAY) * robot().length_na + beyond
-            changes["translation"] = replace(limits.translation, high=high)
+            high = (self.start + WAY) * robot().section.L + beyond
+            changes["translation"] = replace(limits.translation, low=-1e-3, high=high)  # homed up to 0.2 mm off
         return replace(limits, **changes)
 
     def _task(self) -> _Spoilt:
         limits = self.guarded.interlock.limits
         axes: dict[str, AxisLimits] = {name: getattr(limits, name) for name in ("screw", "translation", "rotation")}
-        machine, end = Machine(length=robot().length_na, turns=robot().turns, **axes), self.start + WAY
+        machine, end = Machine(length=robot().section.L, turns=robot().turns, **axes), self.start + WAY
         along = Profile(name="campaign", tension=Cubics([self.start, end], self.ill.tension))
         task = _Spoilt(along, machine, screw_rate=SCREW_RATE, start=self.start, end=end)
         task.fate = self.fate
@@ -205,7 +207,8 @@ class _Trial:
             prepare(self.guarded)
             drive(self.guarded, self.task, self.recorder, rate=RATE, watch=self._watch)
         except Killed:
-            self._look_at_rest(Path(shutil.copy(self.path, self.path.with_name("rest.rec"))))
+            now = time.monotonic()  # what the copy takes is no loss
+            self._look_at_rest(Path(shutil.copy(self.path, self.path.with_name("rest.rec"))), now)
         self.recorder.close("killed")
         world, bench = self.bench.world, self.bench
         while not self._stands() and world.time < self.fate.struck + 1.0:
@@ -216,9 +219,9 @@ class _Trial:
             again.interlock.release()
         self._ask_for_whole(read_record(self.path.with_name("again.rec")))
 
-    def _look_at_rest(self, rest: Path) -> None:
+    def _look_at_rest(self, rest: Path, now: float) -> None:
         """What a killed process leaves: whole but for its last moment; the time that it was itself away is no loss."""
-        now, record = time.monotonic(), read_record(rest)
+        record = read_record(rest)
         newest, away = self.written[max(record.time.size - 1, 0)], max(np.diff(self.written[-LATELY:]), default=0.0)
         if record.damage or record.lost or now - newest > KEPT + away:
             self.wrong.append(f"record of the killed process: {record.condition}, ends {now - newest:.3g} s before")
@@ -243,14 +246,20 @@ class _Trial:
         return (times[0] - self.fate.struck if times else nan), bound
 
     def _pull_shows(self) -> float:
-        """When the record first shows a pull of lost_pull without tension, s; written apart from the interlock."""
+        """When the record first shows a pull that the reading does not answer, s; written apart from the interlock."""
         limits, samples = self.guarded.interlock.limits, read_record(self.path).samples
         pulled = samples["translation"]["position"] - samples["screw"]["position"]
-        tension, taut = samples["force"]["tension"], nan
+        tension, target = samples["force"]["tension"], samples["command"]["target"]
+        taut, aimed, since = pulled[0], nan, 0
         for k in range(samples.size):
+            since = since if tension[k] == tension[since] else k
+            aims = k > 0 and target[k - 1] > 2.0 * limits.slack
             if tension[k] > 2.0 * limits.slack:
-                taut = pulled[k]
-            elif tension[k] < limits.slack and pulled[k] - taut > limits.lost_pull and k:
+                taut = aimed = pulled[k]
+            aimed = aimed if aims else nan
+            stays = tension[k] <= 2.0 * limits.slack and pulled[k] - taut > limits.take_up
+            stays |= tension[k] < limits.slack and pulled[k] - aimed > limits.lost_pull
+            if stays or (tension[k] > limits.slack and abs(pulled[k] - pulled[since]) > 0.5 * limits.lost_pull):
                 return float(samples["time"][k])
         return nan
 

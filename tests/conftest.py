@@ -1,11 +1,14 @@
-"""The command line in this process, for all its tests."""
+"""The command line in this process, for all its tests; distances of phantoms are kept beside pytest's own cache."""
 
 import json
+import os
+from pathlib import Path
 
 import pytest
 
 from tendonrod.cli import main
 
+os.environ.setdefault("TENDONROD_CACHE", str(Path(__file__).parents[1] / ".pytest_cache" / "distances"))
 NOTICE = "tendonrod: compiling "  # once per installation, by whichever test comes first
 
 

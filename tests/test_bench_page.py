@@ -12,7 +12,7 @@ from tendonrod import load_robot
 from tendonrod.errors import InvalidInput
 from tendonrod.plot.bench_lines import binned, planned_tip, postures, tip_errors
 from tendonrod.report import paper
-from tendonrod.report.bench import departures, trial_names, write_bench
+from tendonrod.report.bench import departures, facts, is_papers, trial_names, write_bench
 from tendonrod.rig.benches import VirtualSource
 from tendonrod.rig.inserted import inserted, way_out
 from tendonrod.rig.profiles import Polynomial, Profile, profile
@@ -158,7 +158,7 @@ def test_the_page_says_what_bench_it_was(page):
         "Torsion model: homogenized",
         "friction coefficient of the tendon: 0.1; as friction of the robot in the outer tube: 0.05 N",
         "mass of tracker and holder: 0.1 g",
-        "screw.speed = 0.005",
+        "screw.speed_mm_s = 5.0",
         "Faults were injected on purpose, in 1 of 2",
         "1 of 2 ran to the end; trial 2: fault: sensor gives no number",
         "trial 2 never set out",
@@ -171,17 +171,32 @@ def test_the_page_says_what_bench_it_was(page):
 
 def test_trials_without_a_tracker_have_a_page_without_the_tip(follow, tmp_path):
     blind = follow("blind", replace(SETUP, tracker=None))
-    page = write_bench([blind], tmp_path)
+    header = blind.record.header | {"virtual": False, "rehearsal": True}
+    page = write_bench([replace(blind, record=replace(blind.record, header=header))], tmp_path)
     assert not (tmp_path / "path.png").exists()
     assert (tmp_path / "tension.png").exists()
-    assert "nothing can be said of how well it followed" in page.read_text(encoding="utf-8")
+    text = page.read_text(encoding="utf-8")
+    assert "nothing can be said of how well it followed" in text
+    assert "This is a rehearsal on an emulated board and no measurement." in text
+
+
+def test_only_the_papers_case_is_called_the_papers_experiment(trial, short):
+    way = [inserted(each) for each in (trial, short)]
+    told = facts([trial, short], ["a", "b"], way)
+    assert (told["is_papers"], told["set_out"]) == (False, True)  # it ends at 0.15
+    whole = replace(trial, record=replace(trial.record, header=trial.record.header | {"end": 1.0}))
+    assert facts([whole], ["a"], way[:1])["is_papers"]
+    assert not facts([short], ["b"], way[1:])["set_out"]
+    assert not is_papers("exonav-3", 0.7, paper.GRAVITY)
+    assert not is_papers("exonav-1", 0.7, (0.0, 0.0, 0.0))
 
 
 def test_departures_name_what_is_not_the_default():
     usual, changed = (VirtualSource(setup=each).known(0)["setup"] for each in (VirtualSetup(robot=ROBOT), SETUP))
     assert departures(usual) == []
     assert departures(changed) == [
-        "screw.speed = 0.005", "screw.acceleration = 0.05", "tracker.position_noise = 0.001", "tracker.mass = 0.0001",
+        "screw.speed_mm_s = 5.0", "screw.acceleration_mm_s2 = 50.0", "tracker.position_noise_mm = 1.0",
+        "tracker.mass_g = 0.1",
     ]  # fmt: skip
 
 

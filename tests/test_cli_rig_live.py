@@ -1,6 +1,7 @@
 """The live view of `tendonrod rig`, and the keys of a terminal while it is shown."""
 
 import fcntl
+import io
 import os
 import pty
 import select
@@ -14,6 +15,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from rich.console import Console
 
 from rig.short_trials import bench_file
 from tendonrod.cli import live
@@ -40,8 +42,37 @@ def test_the_live_view_in_words():
     fault = Fault(kind=FaultKind.LATE, time=1.0, reaction=Reaction.HOLD)
     assert live.told(moment(fault=fault), 0.0754).endswith(f"; {fault}")
     assert dict(live.rows(moment(fault=fault), 0.0754, float("nan")))["fault"] == str(fault)
+    assert dict(live.rows(moment(), 0.0754, 1.0, 4.2e-4))["tip"] == "0.42 mm from the reference"
+    assert "tip 0.42 mm from the reference, running" in live.told(moment(), 0.0754, 4.2e-4)
+    assert "tip" not in dict(live.rows(moment(), 0.0754, 1.0))
     aimless = moment(command=SimpleNamespace(target=float("nan")))
     assert "tension 0.512 N, running" in live.told(aimless, 0.0754)
+
+
+@pytest.mark.parametrize("width", [110, 60, 46])
+def test_the_bar_stands_alone_in_its_line_and_no_word_is_cut(width):
+    console = Console(width=width, record=True, file=io.StringIO())
+    console.print(live.picture("trial 1 of 1", live.rows(moment(), 0.0754, 5.0), 0.5))
+    lines = [line.rstrip() for line in console.export_text().splitlines()]
+    assert lines[0] == "trial 1 of 1"
+    assert set(lines[1]) <= set("━╸╺")
+    assert 0 < len(lines[1]) <= live.BAR  # half of it where there is no colour
+    assert lines[2].split()[:3] == ["phase", "inserting,", "50"]
+    assert [line.split("  ", 1)[0] for line in lines[-2:]] == ["space, Esc", "Ctrl-C"]
+    assert lines[-2].endswith("all stand still")
+    assert lines[-1].endswith("release the tension and end")
+
+
+def test_the_time_left_is_told_from_what_goes_on_not_from_what_came_before(monkeypatch):
+    """Ten seconds of taking up, in which nothing is done of the task, then a tenth of it in a second."""
+    now, view = [0.0], live.LiveView(0.0754)
+    monkeypatch.setattr(live.time, "monotonic", lambda: now[0])
+    task = SimpleNamespace(progress=0.0, phase="", name="")
+    view.begin("")
+    for now[0] in np.arange(0.0, 10.0, 0.5).tolist():
+        view.watch(moment(task=task))
+    now[0], task.progress = 10.5, 0.1
+    assert view._left(now[0], 0.1) == pytest.approx(9.0)
 
 
 def test_a_line_every_few_seconds_where_there_is_no_terminal(capsys, monkeypatch):

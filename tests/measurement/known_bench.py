@@ -5,11 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from tendonrod import Robot, load_robot
+from tendonrod import LumpedMass, Robot, load_robot, solve
 from tendonrod.measurement.prediction import predict
 from tendonrod.measurement.setup import Setup
-from tendonrod.measurement.trial import Tracker, Trial
-from tendonrod.rotation import exp_so3
+from tendonrod.measurement.trial import BASE, Tracker, Trial
+from tendonrod.rotation import exp_so3, log_so3
 
 ROBOT = load_robot("exonav-1").replace(torsion="homogenized")
 GRAVITY = (-9.81, 0.0, 0.0)
@@ -62,3 +62,34 @@ def seen(trials: Sequence[Trial], truth: Setup, seed: int | None = None) -> tupl
         noises = {"position_noise": NOISE, "tension_noise": READING_NOISE, "orientation_noise": TURN_NOISE}
         made.append(replace(trial, position=position, orientation=quaternion, tensions=read, **noises))
     return tuple(made)
+
+
+def directly(trial, setup: Setup, row: int, j: int, **more):
+    """Position (3,) and rotation (3, 3) of one sensor, by `solve` and the words of `Setup` and `Tracker` alone."""
+    tracker, robot = trial.trackers[j], setup.robot or trial.robot
+    hidden = (1.0 - trial.insertion[row]) * robot.length_na
+    at = robot.length_na if tracker.at is None else tracker.at
+    masses = [LumpedMass(mass=setup.tip_mass)]
+    for each in trial.trackers:
+        arm = np.array([*each.point, 0.0]) + each.offset + setup.holder
+        if each.on != BASE:
+            masses.append(LumpedMass(mass=each.mass + setup.tracker_mass, at=each.at, offset=tuple(arm)))
+    pose = motion(setup.base_turn, (setup.base_x, setup.base_y, setup.base_z))
+    given = {"tensions": setup.tension_scale * (trial.tensions[row] - setup.tension_zero)} | more
+    shape = solve(
+        robot, gravity=exp_so3(setup.gravity_tilt) @ trial.gravity, insertion=trial.insertion[row], s=[at - hidden],
+        rotation=trial.rotation[row], loads=masses, exit_pose=pose, accuracy=1e-9, **given,
+    )  # fmt: skip
+    arm = np.array([*tracker.point, 0.0]) + tracker.offset + setup.holder
+    return shape.centerline[0] + shape.rotation[0] @ arm, shape.rotation[0] @ exp_so3(np.array(tracker.turn))
+
+
+def farthest_from_direct(trial, found, i, setup, rows, **more) -> tuple[float, float]:
+    """Largest distance, m, and angle, rad, between predicted and directly solved sensors."""
+    far, turned = 0.0, 0.0
+    for row in rows:
+        for j in np.flatnonzero(trial.on_robot):
+            p, R = directly(trial, setup, row, int(j), **more)
+            far = max(far, float(np.linalg.norm(found.position[i][row, j] - p)))
+            turned = max(turned, float(np.linalg.norm(log_so3(found.rotation[i][row, j].T @ R))))
+    return far, turned

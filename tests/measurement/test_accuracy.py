@@ -72,12 +72,14 @@ def test_a_shift_is_pure_bias():
 
 def test_norms_by_hand():
     vectors = 1e-3 * np.array([[3.0, 4.0, 0.0], [0.0, 0.0, 1.0], [1.0, 2.0, 2.0], [0.0, 0.0, 0.0]])
-    exposed = np.array([0.05, 0.1, 0.03, 0.0])
-    errors = Errors(model=vectors, vectors=vectors, turns=np.full((4, 3), np.nan), exposed=exposed)
+    out = np.array([0.5, 1.0, 0.3, 0.0])
+    errors = Errors(model=vectors, vectors=vectors, turns=np.full((4, 3), np.nan), insertion=out, length=0.1)
     assert errors.med == pytest.approx(5e-3)
     assert errors.mae == pytest.approx((5.0 + 1.0 + 3.0) / 4 * 1e-3)
     assert errors.rmse == pytest.approx(np.sqrt(35.0 / 4.0) * 1e-3)
-    assert errors.share == pytest.approx(np.sqrt((0.1**2 + 0.01**2 + 0.1**2) / 3.0))  # where something is exposed
+    assert errors.share == pytest.approx(errors.rmse / 0.1)  # of the whole length, however little is out
+    assert [name for name, _ in errors.by_insertion()] == ["0 to 25 %", "25 to 50 %", "50 to 75 %", "all of it"]
+    assert [each.rmse for _, each in errors.by_insertion()] == pytest.approx([0.0, 3e-3, 5e-3, 1e-3])
     np.testing.assert_allclose(errors.bias, 1e-3 * np.array([1.0, 1.5, 0.75]))
     assert errors.rmse**2 == pytest.approx(errors.bias @ errors.bias + errors.scatter**2, rel=1e-14)
     assert np.isnan(errors.angle_rms)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from measurement.known_bench import GRAVITY, ROBOT, along, blank, motion
+from measurement.known_bench import GRAVITY, ROBOT, along, blank, farthest_from_direct, motion
 from tendonrod import InvalidInput, LumpedMass, NotConverged, PlainRod, Robot, Tendon, solve
 from tendonrod.measurement.prediction import Predictor, predict
 from tendonrod.measurement.setup import BENCH, Setup
@@ -28,37 +28,6 @@ def four_tendons() -> Robot:
     ends = (0.1, 0.07, 0.1, 0.06)
     tendons = tuple(Tendon.constant(x=x, y=y, end=end) for (x, y), end in zip(around, ends, strict=True))
     return Robot(name="four tendons", body=body, tendons=tendons)
-
-
-def directly(trial, setup: Setup, row: int, j: int, **more):
-    """Position (3,) and rotation (3, 3) of one sensor, by `solve` and the words of `Setup` and `Tracker` alone."""
-    tracker, robot = trial.trackers[j], setup.robot or trial.robot
-    hidden = (1.0 - trial.insertion[row]) * robot.length_na
-    at = robot.length_na if tracker.at is None else tracker.at
-    masses = [LumpedMass(mass=setup.tip_mass)]
-    for each in trial.trackers:
-        arm = np.array([*each.point, 0.0]) + each.offset + setup.holder
-        if each.on != BASE:
-            masses.append(LumpedMass(mass=each.mass + setup.tracker_mass, at=each.at, offset=tuple(arm)))
-    pose = motion(setup.base_turn, (setup.base_x, setup.base_y, setup.base_z))
-    given = {"tensions": setup.tension_scale * (trial.tensions[row] - setup.tension_zero)} | more
-    shape = solve(
-        robot, gravity=exp_so3(setup.gravity_tilt) @ trial.gravity, insertion=trial.insertion[row], s=[at - hidden],
-        rotation=trial.rotation[row], loads=masses, exit_pose=pose, accuracy=1e-9, **given,
-    )  # fmt: skip
-    arm = np.array([*tracker.point, 0.0]) + tracker.offset + setup.holder
-    return shape.centerline[0] + shape.rotation[0] @ arm, shape.rotation[0] @ exp_so3(np.array(tracker.turn))
-
-
-def farthest_from_direct(trial, found, i, setup, rows, **more) -> tuple[float, float]:
-    """Largest distance, m, and angle, rad, between predicted and directly solved sensors."""
-    far, turned = 0.0, 0.0
-    for row in rows:
-        for j in np.flatnonzero(trial.on_robot):
-            p, R = directly(trial, setup, row, int(j), **more)
-            far = max(far, float(np.linalg.norm(found.position[i][row, j] - p)))
-            turned = max(turned, float(np.linalg.norm(log_so3(found.rotation[i][row, j].T @ R))))
-    return far, turned
 
 
 TRACKERS = (Tracker(name="base", on=BASE), *along([0.4, 1.0], mass=1e-4, **HOLDER))

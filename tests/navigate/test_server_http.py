@@ -1,5 +1,6 @@
 """The HTTP interface: what it shows, what it asks for, what it refuses."""
 
+import contextlib
 import json
 import struct
 import threading
@@ -58,6 +59,41 @@ def test_a_script_moves_as_far_as_it_asks(server, script):
     state = script.post("/api/step", json={"insertion": 1.0, "duration": 0.4}).json()
     assert state["insertion"] * LENGTH == pytest.approx(0.4 * 3e-3, rel=1e-6)
     assert server.session.snapshot.insertion == pytest.approx(state["insertion"], abs=1e-6)
+
+
+def test_a_script_that_goes_on_does_not_outdo_a_stop(server, script):
+    moved = len(server.session.moved)
+    httpx.post(f"{server.url}/api/stop", json={})
+    refused = script.post("/api/step", json={"insertion": 1.0, "duration": 0.1})
+    assert refused.status_code == 403
+    assert "take it first" in refused.json()["detail"]
+    assert len(server.session.moved) == moved
+
+
+def test_a_script_that_stops_itself_keeps_control(server, script):
+    assert script.post("/api/stop", json={}).status_code == 204
+    assert script.post("/api/step", json={"insertion": 1.0, "duration": 0.05}).status_code == 200
+
+
+def test_a_step_that_is_being_made_does_not_outlive_the_end_of_the_server(tmp_path):
+    with served(PretendSession(), tmp_path) as server, httpx.Client(base_url=server.url, timeout=20.0) as web:
+
+        def end():
+            eventually(lambda: bool(server.session.moved))
+            server.ending.end()
+
+        key = web.post("/api/take", json={}).json()["key"]
+        threading.Thread(target=end).start()
+        with contextlib.suppress(httpx.HTTPError):
+            web.post("/api/step", json={"insertion": 0.1, "duration": 10.0}, headers={"X-Key": key})
+        server.thread.join(10.0)
+        assert sum(dt for _, dt in server.session.moved) < 1.0  # uvicorn would wait 2 s for the open request
+
+
+def test_a_record_that_somebody_deleted_is_missing_and_no_failure(tmp_path):
+    with served(PretendSession(), tmp_path) as server:
+        server.service.record.unlink()
+        assert httpx.get(f"{server.url}/api/record").status_code == 404
 
 
 def test_a_step_ends_where_somebody_stops_it(server, script):

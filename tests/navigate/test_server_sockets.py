@@ -104,6 +104,40 @@ def test_everything_else_stops_too(server, end):
     assert state["insertion"] * LENGTH <= 0.3 * 3e-3
 
 
+def test_a_stop_by_somebody_else_holds_though_the_key_stays_down(server):
+    watcher, page = server.connect(), server.connect()
+    page.take()
+    moves(page, 0.2, insertion=1.0)
+    watcher.send("stop")
+    page.wait("control", lambda each: not each["you"])
+    moved = len(server.session.moved)
+    moves(page, 0.4, insertion=1.0)
+    assert "nobody has control" in page.wait("error")["text"]
+    assert len(server.session.moved) == moved
+    page.take()
+
+
+@pytest.mark.parametrize("what", ["stop", "reset", "coupling", "nonsense"])
+def test_what_is_held_through_a_stop_or_a_change_must_be_let_go_first(server, what):
+    page = server.connect()
+    page.take()
+    moves(page, 0.2, rotation=1.0)
+    if what == "nonsense":
+        page.socket.send(what)
+    else:
+        page.send(what, **({"on": False} if what == "coupling" else {}))
+    page.jog(rotation=1.0)
+    page.send("ping", id=1)
+    page.wait("pong")
+    time.sleep(0.05)  # a step that had begun
+    moved = len(server.session.moved)
+    moves(page, 0.4, rotation=1.0)
+    assert len(server.session.moved) == moved
+    page.jog(hold=False)
+    moves(page, 0.2, rotation=1.0)
+    assert len(server.session.moved) > moved
+
+
 def test_an_older_command_after_a_newer_one_is_dropped(server):
     page = server.connect()
     page.take()
@@ -281,6 +315,19 @@ def test_the_token_is_asked_for(tmp_path):
                 server.connect(additional_headers=headers)
         server.connect(additional_headers={"Authorization": "Bearer a-secret"}).take()
         server.connect(additional_headers={"Cookie": f"tendonrod_{server.port}=a-secret"})
+
+
+def test_nothing_moves_once_the_end_of_the_server_is_asked_for(tmp_path):
+    with served(PretendSession(), tmp_path) as server:
+        page = server.connect()
+        page.take()
+        moves(page, 0.2, insertion=1.0)
+        server.ending.end()
+        assert eventually(lambda: server.service.is_ending)
+        moved = len(server.session.moved) + 1  # a step that had begun
+        with contextlib.suppress(ConnectionClosed):
+            moves(page, 0.5, insertion=1.0)
+        assert len(server.session.moved) <= moved
 
 
 def test_the_end_of_the_server_closes_the_session_and_its_pages(tmp_path):

@@ -29,7 +29,7 @@ OCCUPIED, INITIALISED, ENABLED, OUT, PARTLY_OUT, BROKEN = 0x01, 0x10, 0x20, 0x40
 
 @dataclass
 class Script:
-    """What the tracker is and what happens to it; frames are numbers since power-up, ranges are [first, last]."""
+    """What the tracker is and what happens to it. Ranges are [first, last] frame since power-up, _at since TSTART."""
 
     transport: str = "pty"
     rate: float = 40.0
@@ -46,10 +46,10 @@ class Script:
     truncate: float = 0.0  # share of replies to TX that lack their end
     refuse: dict = field(default_factory=dict)  # command: error code of two digits
     mute: str = ""  # command from which on it says nothing
-    mute_at: float = math.inf  # frame from which on it says nothing
-    die_at: float = math.inf  # frame at which it goes away
-    flood_at: float = math.inf  # frame at which it sends noise without end
-    unplug_at: float = math.inf  # frame from which on the first tool is gone
+    mute_at: float = math.inf  # from which on it says nothing
+    die_at: float = math.inf  # at which it goes away
+    flood_at: float = math.inf  # at which it sends noise without end
+    unplug_at: float = math.inf  # from which on the first tool is gone
     echo: bool = False  # no tracker at all: sends back what it gets
     late: float = 0.0  # s that an answer to TX takes
     log: str = ""  # file that gets each command
@@ -87,6 +87,7 @@ class Tracker:
 
     def power_up(self) -> None:
         self.is_ready = self.is_tracking = False
+        self.first = math.inf
         for tool in self.tools.values():
             tool[2] = OCCUPIED
 
@@ -97,6 +98,10 @@ class Tracker:
             newest -= 1
         return newest
 
+    @property
+    def tracked(self) -> float:  # frames since TSTART
+        return self.frame - self.first
+
     def answer(self, line: bytes) -> bytes:
         """The reply to a command, with its CRC and carriage return; nothing where it is mute."""
         script = self.script
@@ -105,7 +110,7 @@ class Tracker:
         if script.log:
             with open(script.log, "a") as log:
                 log.write(text + "\n")
-        self.is_mute = self.is_mute or name == script.mute or self.frame >= script.mute_at
+        self.is_mute = self.is_mute or name == script.mute or self.tracked >= script.mute_at
         if self.is_mute:
             return b""
         if colon == ":" and f"{crc16(line[:-4]):04X}".encode() != line[-4:]:
@@ -183,7 +188,7 @@ class Tracker:
         return "OKAY"
 
     def do_tstart(self, _: str) -> str:
-        self.is_tracking = True
+        self.is_tracking, self.first = True, min(self.first, self.frame)
         return "OKAY"
 
     def do_tstop(self, _: str) -> str:
@@ -200,7 +205,7 @@ class Tracker:
 
     def said(self, handle: int, frame: int, is_first: bool) -> str:
         script, status = self.script, self.tools[handle][2]
-        if is_first and frame >= script.unplug_at:
+        if is_first and self.tracked >= script.unplug_at:
             return f"{handle:02X}UNOCCUPIED\n"
         for ranges, bit in ((script.out, OUT), (script.partly_out, PARTLY_OUT), (script.broken, BROKEN)):
             status |= bit if within(frame, ranges) else 0
@@ -220,8 +225,8 @@ def within(frame: int, ranges: list) -> bool:
 def serve(tracker: Tracker, read_fd: int, write, speed) -> None:
     """Answer until the other side, or the script, ends it."""
     script, waiting = tracker.script, b""
-    while tracker.frame < script.die_at:
-        if tracker.is_tracking and tracker.frame >= script.flood_at:
+    while tracker.tracked < script.die_at:
+        if tracker.is_tracking and tracker.tracked >= script.flood_at:
             write(bytes(tracker.random.choices(range(65, 91), k=1500)))  # ndicapi has room for 2 KB
             time.sleep(0.001)
             continue
@@ -261,7 +266,7 @@ def over_pty(tracker: Tracker) -> None:
 def over_tcp(tracker: Tracker) -> None:
     with socket.create_server(("127.0.0.1", 0)) as listening:
         tell(tracker, f"tcp://127.0.0.1:{listening.getsockname()[1]}")
-        while tracker.frame < tracker.script.die_at:
+        while tracker.tracked < tracker.script.die_at:
             client, _ = listening.accept()
             with client, suppress(OSError):
                 serve(tracker, client.fileno(), client.sendall, lambda: None)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from math import inf, nan, pi
 from typing import Any
@@ -36,6 +37,7 @@ class PlainAxis:
         self.homed, self.obeys, self.error = False, True, None
         self.change: dict = {}
         self.sent: list = []
+        self.homing = 0  # periods that homing takes
 
     def read(self) -> AxisState:
         if self.error is not None:
@@ -63,10 +65,15 @@ class PlainAxis:
         self.advance()
         self.velocity = 0.0
 
-    def home(self) -> None:
+    def home(self, should_stop: Callable[[], bool] | None = None) -> None:
         if self.error is not None:
             raise self.error
         self.sent.append("home")
+        self.homed = False
+        for _ in range(self.homing):
+            if should_stop is not None and should_stop():
+                return
+            self.clock.time += PERIOD
         self.position, self.homed = 0.0, True
 
 

@@ -1,5 +1,7 @@
 """What can go wrong while an Aurora tracks: each in one line, in a stated time, and the bench goes on."""
 
+import os
+import signal
 import time
 
 import pytest
@@ -11,7 +13,7 @@ from tendonrod.rig.interfaces import DeviceError
 pytest.importorskip("ndicapy")
 pytest.importorskip("serial")
 each_transport = pytest.mark.parametrize("transport", ["pty", "tcp"])
-SOON = {"limit": 0.4, "setup_limit": 0.4}
+SOON = {"limit": 0.4}
 
 
 def read_for(duration: float, aurora: Aurora, found: list) -> None:
@@ -37,22 +39,33 @@ def fails_while_tracking(says: str, within: float, **script) -> None:
 @each_transport
 def test_a_tracker_that_falls_silent(transport):
     """Over TCP ndicapi would wait for ever."""
-    fails_while_tracking("no answer from the tracker for 0.4 s", 6.0, transport=transport, mute_at=50)
+    fails_while_tracking("no answer from the tracker for 0.4 s", 20.0, transport=transport, mute_at=20)
 
 
 @each_transport
 def test_a_tracker_that_is_unplugged(transport):
-    fails_while_tracking("gone", 6.0, transport=transport, die_at=50)
+    fails_while_tracking("gone", 20.0, transport=transport, die_at=20)
 
 
 @each_transport
 def test_noise_without_end(transport):
     """ndicapi's buffer of 2 KB is overrun: its process fails, not the bench's."""
-    fails_while_tracking("ndicapi failed|damaged answers only|no answer", 6.0, transport=transport, flood_at=50)
+    fails_while_tracking("ndicapi failed|damaged answers only|no answer", 20.0, transport=transport, flood_at=20)
 
 
 def test_a_tool_that_is_unplugged():
-    fails_while_tracking("tool tip is unplugged", 4.0, unplug_at=50)
+    fails_while_tracking("tool tip is unplugged", 20.0, unplug_at=20)
+
+
+@pytest.mark.parametrize(
+    ("number", "says"),
+    [(signal.SIGKILL, "ended by another program .SIGKILL"), (signal.SIGSEGV, "ndicapi failed .SIGSEGV")],
+)
+def test_a_process_that_dies_says_of_what(number, says):
+    with emulated(transport="tcp") as told, Aurora(told["port"], **SOON) as aurora:
+        os.kill(aurora._process.pid, number)
+        with pytest.raises(DeviceError, match=says):
+            read_for(20.0, aurora, [])
 
 
 def test_a_closed_tracker_says_so():

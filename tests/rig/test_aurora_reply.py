@@ -45,6 +45,14 @@ def test_a_pose_that_is_no_measurement_is_lost(bit, word):
     assert found.words == ("missing", word)
 
 
+def test_a_quaternion_that_turns_nothing_is_no_pose():
+    """All zero, or twice as long as it can be: the CRC was right, so it is not asked for again."""
+    for wrong in ("+00000+00000+00000+00000", "+19696+00000+00000+03472"):
+        found = tracked(TWO.replace("+09848+00000+00000+01736", wrong)).tools[1]
+        assert found.words == ("missing", "no rotation")
+        assert found.frame == tracked(TWO).tools[1].frame
+
+
 def test_what_the_emulator_says_is_what_is_read():
     tracker = Tracker(Script(tools=[[0x0A, 1, 0], [0x0B, 1, 1], [0x0C, 2, 0]]))
     tracker.do_init("")

@@ -11,6 +11,7 @@ from tendonrod.errors import InvalidInput
 from tendonrod.rig import benchfile_tables as tables
 from tendonrod.rig.benches import DeviceSource, VirtualSource
 from tendonrod.rig.benchfile import default_bench, read_bench
+from tendonrod.rig.benchfile_units import flat, in_file_units, in_unit, to_si
 from tendonrod.rig.limits import Limits
 from tendonrod.rig.virtual.injection import Injection, InjectionKind
 from tendonrod.rig.virtual.setup import AxisModel, LoadCellModel, TrackerModel, VirtualSetup
@@ -139,17 +140,13 @@ def test_a_bench_may_have_no_tracker(written):
     ],
 )
 def test_no_number_of_a_bench_lacks_its_key(table, model, beside):
-    from tendonrod.rig.benchfile import _flat
-
-    assert {_flat(key) for key in table.model_fields} == {each.name for each in fields(model)} - set(beside)
+    assert {flat(key) for key in table.model_fields} == {each.name for each in fields(model)} - set(beside)
 
 
 def test_no_plain_limit_lacks_its_key():
-    from tendonrod.rig.benchfile import _flat
-
     beside = {"period", "length", "full_scale", "speed_margin", "overrun", "jump", "lag"}  # of devices and the loop
     numbers = {each.name for each in fields(Limits) if isinstance(each.default, (int, float))}
-    assert numbers - beside <= {_flat(key) for key in tables.LimitsTable.model_fields}
+    assert numbers - beside <= {flat(key) for key in tables.LimitsTable.model_fields}
 
 
 def test_devices_with_their_tools(written, tmp_path):
@@ -201,7 +198,7 @@ rotation_deg = [0, 0, 180]
         (VIRTUAL + '[screw]\nspeed_mm_s = "1"\n', ": screw.speed_mm_s = '1': must be a finite number"),
         (VIRTUAL + "[screw]\nlow_mm = 5\nhigh_mm = 3\n", ": screw.low_mm = 5.0: must be < high_mm = 3.0"),
         (VIRTUAL + "[screw]\npressed = 1\n", ": screw.pressed = 1: must be a text in quotes"),
-        (VIRTUAL + "[tendon]\nlength_mm = 10\n", ": tendon.length_mm = 10.0: must be > 0.0754434 m"),
+        (VIRTUAL + "[tendon]\nlength_mm = 10\n", ": tendon.length_mm = 10.0: must be > 75.4434 mm"),
         (VIRTUAL + "[outer_tube]\ntilt_deg = [1]\n", ": outer_tube.tilt_deg = [1.0]: must be a vector of 2 finite"),
         (VIRTUAL + "[tracker]\ndelay_ms = [2, 1]\n", ": tracker.delay_ms = [2.0, 1.0]: must be two times"),
         (VIRTUAL + "[limits]\nslack_n = 2\n", ": limits.slack_n = 2.0: must be below soft * tension = 0.9"),
@@ -223,6 +220,19 @@ rotation_deg = [0, 0, 180]
         ('[bench]\nkind = "devices"\n', ": launchpad = missing: must be given"),
         (DEVICES + "tare_readings = -1\n", ": load_cell.tare_readings = -1: must be a whole number from 0"),
         (DEVICES + "[tendon]\nfriction = 1\n", ": tendon = {'friction': 1}: must be one of the keys at the top"),
+        *(
+            (DEVICES.replace("[load_cell]", f"{key} = {value}\n[load_cell]"), f": launchpad.{key} = {value}: must be")
+            for key, value in (("timeout_ms", "-5.0"), ("tries", "0"), ("baud", "-1"), ("max_age_ms", "-3.0"))
+        ),
+        *(
+            (
+                DEVICES + f'[aurora]\nport = "/dev/x"\n{key} = {value}\n[[tool]]\nname = "tip"\n',
+                f": aurora.{key} = {value}: must be",
+            )
+            for key, value in (("rate_hz", "-4.0"), ("limit_ms", "0.0"), ("baud", "5"), ("largest_error_mm", "-1.0"))
+        ),
+        (DEVICES.replace("/dev/ttyACM0", ""), ": launchpad.port = ''"),
+        (DEVICES + '[aurora]\nport = "tcp://h:70000"\n[[tool]]\nname = "tip"\n', ": aurora.port = 'tcp://h:70000'"),
         (DEVICES + '[aurora]\nport = "/dev/x"\n', ": tool = missing: must be given, [[tool]] for each tool"),
         (DEVICES + '[[tool]]\nname = "tip"\n', ": aurora = missing: must be given where there is a [[tool]]"),
         (
@@ -267,3 +277,37 @@ def test_the_example_of_a_virtual_bench_has_every_key():
     for name in set(type(read).model_fields) - set(some):
         table = getattr(read, name)
         assert {key for key in type(table).model_fields if getattr(table, key) is None} == set(), name
+
+
+@pytest.mark.parametrize(
+    ("field", "value", "said"),
+    [
+        ("tracker.mass", 5e-4, ("tracker.mass_g", 0.5)),
+        ("screw.backlash", 2e-5, ("screw.backlash_mm", 0.02)),
+        ("slack", -1e-3, ("tendon.slack_mm", -1.0)),
+        ("exit_tilt", [radians(0.5), 0.0], ("outer_tube.tilt_deg", [0.5, 0.0])),
+        ("outer_friction", 0.05, ("outer_tube.friction_n", 0.05)),
+        ("tendon_friction", 0.1, ("tendon.friction", 0.1)),
+        ("command_timeout", 0.1, ("bench.command_timeout_ms", 100.0)),
+        ("mechanics", "engine", ("bench.mechanics", "engine")),
+        ("rotation.speed", radians(115.0), ("rotation.speed_deg_s", 115.0)),
+    ],
+)
+def test_fields_of_a_setup_are_said_as_the_file_says_them(field, value, said):
+    assert in_file_units(field, value) == said
+    assert to_si(*said) == pytest.approx(value) if not isinstance(value, str) else to_si(*said) == value
+
+
+@pytest.mark.parametrize(
+    ("key", "allowed", "said"),
+    [
+        ("launchpad.timeout_ms", "from 0.001 to 1", "from 1 to 1000"),
+        ("tendon.length_mm", "> 0.0754434 m, its path in the robot", "> 75.4434 mm, its path in the robot"),
+        ("limits.release_rate_mm_s", "at most screw.speed = 0.003", "at most screw.speed = 3"),
+        ("screw.low_mm", "< high_mm = 30.0", "< high_mm = 30.0"),  # the file's own words already
+        ("limits.late_share", "from 1 to 100", "from 1 to 100"),
+        ("limits.tension_n", "> 0", "> 0"),
+    ],
+)
+def test_what_is_allowed_is_said_in_the_keys_unit(key, allowed, said):
+    assert in_unit(key, allowed) == said

@@ -159,6 +159,20 @@ def test_a_flood_without_end_is_refused_in_time(chunk):
             process.kill()
 
 
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [
+        ("timeout", float("nan")),  # would wait for an answer without end
+        ("timeout", -1.0), ("timeout", 0.0), ("timeout", 3600.0), ("tries", 0), ("tries", 1.5), ("baud", 0),
+        ("baud", "fast"), ("max_age", float("nan")), ("max_age", -1.0), ("port", None), ("port", ""),
+    ],
+)  # fmt: skip
+def test_wrong_options_are_told_by_name_before_a_port_is_opened(field, value):
+    with pytest.raises(InvalidInput, match=f"^{field} = ") as told:
+        LaunchPad(**({"port": "/dev/no-such-port"} | {field: value}))
+    assert "\n" not in str(told.value)
+
+
 @pytest.mark.parametrize("facts", [{"counts_per_newton": 0.0}, {"zero": float("nan")}, {"full_scale": -1.0}])
 def test_a_calibration_that_is_none_is_refused_by_name(facts):
     with pytest.raises(InvalidInput, match=next(iter(facts))):

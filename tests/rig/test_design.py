@@ -9,9 +9,9 @@ import pytest
 from tendonrod import load_robot
 from tendonrod.errors import InvalidInput
 from tendonrod.plot.loop_design import Trace, comparison_figure
-from tendonrod.report.loop_design import design_page
+from tendonrod.report.loop_design import command, design_page
 from tendonrod.rig.control import KI, KP, TensionController
-from tendonrod.rig.design import Loop, at_insertions, margins, suggested, with_gains
+from tendonrod.rig.design import Loop, at_insertions, designed, largest_error, margins, suggested, with_gains
 
 pytest.importorskip("control")
 
@@ -66,6 +66,20 @@ def test_the_linear_loop_is_what_the_controller_does_period_by_period(compliance
     assert np.abs(found - exact).max() < 0.03 * exact.max()
 
 
+@pytest.mark.parametrize("compliance", [0.66e-3, 3.3e-3])
+def test_the_largest_error_as_the_screw_starts_is_that_of_the_formula(compliance):
+    """e = rate (exp(a t) - exp(b t)) / c (a - b), largest at t = ln(b / a) / (a - b); P alone comes up to rate / kp."""
+    loop, rate = Loop(compliance=compliance, **IDEAL), 0.45e-3
+    a, b = np.roots([compliance, KP, KI])
+    peak = np.log(b / a) / (a - b)
+    exact = rate * (np.exp(a * peak) - np.exp(b * peak)) / (compliance * (a - b))
+    assert largest_error(loop, rate) == pytest.approx(exact, rel=1e-4)
+    assert largest_error(loop, rate) < rate / KP
+    assert largest_error(replace(loop, ki=0.0), rate) == pytest.approx(rate / KP, rel=1e-4)
+    assert largest_error(loop, rate, 1.0) < 1e-6 * exact
+    assert largest_error(Loop(compliance=compliance), rate) > exact  # lag and delay cost
+
+
 def test_damping_and_frequency_of_the_papers_gains():
     loop = Loop(compliance=3.3e-3)
     assert loop.damping == pytest.approx(1.946, abs=1e-3)
@@ -109,24 +123,74 @@ def test_errors_of_a_trace_are_means_over_time():
     assert trace.largest == pytest.approx(0.1)
     assert trace.rms == pytest.approx(0.1 * sqrt(0.5), rel=1e-2)
     assert trace.smoothed(np.ones(time.size)) == pytest.approx(1.0)
-    assert comparison_figure({"PI": trace, "PI + feed-forward": trace}).axes
     with pytest.raises(InvalidInput, match="arrays of one length"):
         Trace(time=time, insertion=time[1:], tension=time, target=time, velocity=time)
-    with pytest.raises(InvalidInput, match="traces"):
-        comparison_figure({})
 
 
-def test_the_page_says_what_it_assumes(tmp_path):
-    page = design_page(tmp_path / "page", ROBOT, gravity=(-9.81, 0.0, 0.0), insertions=(0.05, 1.0))
-    text = page.read_text()
-    assert "torsion model homogenized" in text
-    assert "10.0 ms" in text
+def test_runs_that_agree_are_seen_beside_each_other():
+    """Every run has a panel of its own for its readings, and a line of its own in those that all share."""
+    time = np.linspace(0.0, 20.0, 2001)
+    error = {"PI": 5e-3 * np.exp(-time), "PI + feed-forward": 0.0 * time}
+    traces = {
+        name: Trace(time=time, insertion=0.05 + time / 25, tension=0.7 - each, target=0.7 + 0 * time, velocity=time)
+        for name, each in error.items()
+    }
+    own, other, means, early, speed = comparison_figure(traces).axes
+    assert [text.get_text() for axes in (own, other) for text in axes.texts] == [
+        "rms 0.8 mN, largest 5.0 mN",
+        "rms 0.0 mN, largest 0.0 mN",
+    ]
+    for axes in (means, early, speed):
+        lines = [each for each in axes.lines if each.get_label() in traces]
+        assert [each.get_label() for each in lines] == list(traces)
+        assert lines[0].get_linewidth() > lines[1].get_linewidth()  # the first is seen below the second
+    x, y = (np.asarray(each) for each in early.lines[0].get_data())
+    inside = (x > 0.2) & (x < 5.0)
+    assert y[inside] == pytest.approx(5.0 * np.exp(-x[inside]), rel=0.02)
+    for wrong in ({}, dict.fromkeys("abcde", traces["PI"])):
+        with pytest.raises(InvalidInput, match="traces"):
+            comparison_figure(wrong)
+
+
+def test_the_page_says_what_it_assumes_and_how_its_gains_are_used(tmp_path):
+    found = designed(ROBOT, 0.7, (-9.81, 0.0, 0.0), insertions=(1.0, 0.05))
+    assert found.insertions == (0.05, 1.0)
+    page = design_page(tmp_path / "page", found, 0.45e-3, source="exonav-1")
+    text = " ".join(page.read_text().split())
+    told = command(found, "exonav-1")
+    kp, ki = (float(told.split(name)[1].split()[0]) for name in ("--kp", "--ki"))
+    assert (kp, ki) == pytest.approx([1e3 * each for each in found.gains], rel=5e-3)
+    for said in ("torsion model homogenized", "10.0 ms", "gravity (−9.81, 0, 0) m/s²", "tendon of 0.51 mm/N", told):
+        assert said in text, said
     for name in ("loop", "margins", "steps"):
         assert (page.parent / f"{name}.svg").exists()
         assert (page.parent / f"{name}.png").exists()
     first = (page.parent / "margins-paper.csv").read_text().splitlines()[1].split(",")
     assert float(first[0]) == 0.05
     assert float(first[1]) == pytest.approx(0.657, abs=1e-3)
+    worst = 1e3 * max(largest_error(loop, 0.45e-3) for loop in found.paper)
+    assert float(first[-1]) == pytest.approx(worst)
+    assert f"{worst:.1f} mN with the paper’s" in text
     (tmp_path / "file").write_text("")
     with pytest.raises(InvalidInput, match="out"):
-        design_page(tmp_path / "file", ROBOT, insertions=(1.0,))
+        design_page(tmp_path / "file", found)
+
+
+def test_the_command_prints_gains_and_margins_as_json(result, tmp_path, monkeypatch):
+    monkeypatch.setattr("tendonrod.report.loop_design.design_page", lambda out, *_, **__: out / "index.html")
+    told = result("rig", "design", "exonav-3", "--tension", "1", "--torsion", "published", "--output", tmp_path / "o")
+    assert (told["robot"], told["torsion"], told["tension"]) == ("exonav-3", "published", 1.0)
+    assert (told["paper"]["kp"], told["paper"]["ki"]) == (KP, KI)
+    shortest, longest = (told["suggested"]["loops"][k] for k in (0, -1))
+    assert (shortest["insertion"], longest["insertion"]) == (0.05, 1.0)
+    assert shortest["phase"] == pytest.approx(60.0, abs=0.1)
+    assert 0.5 * told["suggested"]["kp"] / sqrt(told["suggested"]["ki"] * longest["compliance"]) == pytest.approx(1.0)
+    assert "ftl exonav-3 --torsion published --target 1 --kp" in told["command"]
+
+
+def test_the_command_takes_no_tension_that_the_bench_refuses(refused, tmp_path):
+    design = refused("rig", "design", "exonav-3", "--tension", "5", "--output", tmp_path / "o")
+    trial = refused("rig", "ftl", "exonav-3", "--target", "5", "--output", tmp_path / "o")
+    assert design.startswith("--tension = 5 N: must be at most ")
+    assert design.removeprefix("--tension") == trial.removeprefix("--target")
+    assert not (tmp_path / "o").exists()

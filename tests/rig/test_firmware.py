@@ -3,6 +3,7 @@
 import random
 import re
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
@@ -120,6 +121,46 @@ def test_an_axis_that_does_not_follow_is_told_and_stands_still(board):
     assert not stalled[3]  # 0.15 mm were commanded
     assert stalled[5]  # 0.25 mm
     assert not any(state(found[-1].words).has(Flag.STALLED, axis) for axis in (0, 2))
+
+
+@pytest.mark.parametrize(
+    ("fault", "axis", "longest"),
+    [
+        ("--dead", 1, 31.0),  # 31 mm to the end switch, at 2 mm/s
+        ("--dead", 2, 9.0),
+        ("--dead", 3, 61.0),  # no end switch: after twice its travel
+        ("--stuck", 2, 37.0),  # to the other end, at a quarter of 4 mm/s
+    ],
+)
+def test_homing_by_a_broken_reference_switch_fails_where_it_can_go_no_further(board, fault, axis, longest):
+    """Against an end switch the axis stands still, so that it never comes to twice its travel."""
+    polls = int(10 * longest)
+    sent = command(2, "HOME", axis) + b"".join(command(3 + k, "READ") + wait(99) for k in range(polls))
+    last = state(board(GREETING + sent, fault, str(axis)).answers[-1].words)
+    assert last.has(Flag.HOME_FAILED, axis - 1)
+    assert not last.has(Flag.HOMING, axis - 1)
+    assert not last.has(Flag.HOMED, axis - 1)
+    assert last.velocities == (0, 0, 0)
+
+
+def _run(board, *options: str) -> list:
+    sent = b"".join(command(2 + k, "MOVE", *MOVE) + wait(9) for k in range(30)) + wait(200) + command(40, "READ")
+    return [state(each.words) for each in board(GREETING + sent, *options).answers[1:]]
+
+
+@pytest.mark.parametrize("encoder", [2**31 - 50_000, -(2**31) + 4_000])
+def test_encoders_may_run_over_the_end_of_their_count(board, encoder):
+    """Modulo 2**32; the sanitizers see that nothing overflows on the way."""
+    assert _run(board, "--encoder", str(encoder)) == _run(board)
+
+
+@pytest.mark.parametrize("left", [1, 5_000, 100_000, 320_000])
+def test_the_clock_may_run_over_the_end_of_its_count_in_mid_motion(board, left):
+    """After 71.6 minutes: the watchdog bites neither sooner nor later, and nothing else differs but the time itself."""
+    found, plain = _run(board, "--clock", str(2**32 - left)), _run(board)
+    assert [(each.micros - 2**32 + left) % 2**32 for each in found] == [each.micros for each in plain]
+    assert [replace(each, micros=0) for each in found] == [replace(each, micros=0) for each in plain]
+    assert found[-1].has(Flag.WATCHDOG)
 
 
 @pytest.mark.parametrize(

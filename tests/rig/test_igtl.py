@@ -7,6 +7,7 @@ import time
 import numpy as np
 import pytest
 
+from rig.igtl_messages import message
 from tendonrod.errors import InvalidInput
 from tendonrod.rig.interfaces import DeviceError, PoseFrame
 
@@ -43,22 +44,6 @@ def client(stream):
     connected(stream)
     yield opened
     opened.stop()
-
-
-def exactly(client: socket.socket, size: int) -> bytes:
-    data = b""
-    while len(data) < size:
-        got = client.recv(size - len(data))
-        assert got, "the stream ended"
-        data += got
-    return data
-
-
-def message(client: socket.socket) -> tuple[str, str, bytes]:
-    """Type, name and body of one message."""
-    version, kind, name, _, size, _ = struct.unpack(">H12s20sQQQ", exactly(client, 58))
-    body = exactly(client, size)
-    return kind.rstrip(b"\0").decode(), name.rstrip(b"\0").decode(), body[12:] if version == 2 else body
 
 
 def test_a_pose_arrives_as_a_transform_in_mm(stream, client):

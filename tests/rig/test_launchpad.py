@@ -206,19 +206,6 @@ def test_when_the_control_process_is_killed_the_axes_stop_within_150_ms(program)
             assert board.read("test").state.positions == pytest.approx(first.positions, abs=100)  # nm
 
 
-def test_homing_finds_the_references(program):
-    with firmware.running(program, *PATIENCE) as emulator, LaunchPad(emulator.port) as board:
-        assert not board.screw.read().homed
-        with pytest.raises(DeviceError, match="MOVE refused: an axis that is to move is not homed"):
-            board.transact(0.0, 0.001, 0.0)
-        for axis in (board.screw, board.translation, board.rotation):
-            axis.home()
-            assert axis.read().homed
-        # Zero is where each switch lets go; from there the axis clears it by its back-off.
-        found = [axis.read().position for axis in (board.screw, board.translation, board.rotation)]
-        assert found == pytest.approx([-0.0003, 0.0003, 0.05], rel=0.1)
-
-
 def test_an_axis_that_jams_is_told_by_its_state_and_by_homing(program):
     with firmware.running(program, *PATIENT, "--jam", "2") as emulator, LaunchPad(emulator.port) as board:
         drive(board, 0.4, 0.0, 0.002, 0.0)

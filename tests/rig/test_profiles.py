@@ -11,6 +11,8 @@ from tendonrod.motion.follow_leader import plan_follow_leader
 from tendonrod.rig.commandfile import read_commands
 from tendonrod.rig.payout import compliances, paid_out, shortening, tendon_compliance
 from tendonrod.rig.profiles import EVEN, NAMES, Cubics, Polynomial, Profile, profile
+from tendonrod.rig.virtual.mechanics import TableMechanics
+from virtual_setups import ideal
 
 ROBOT, DOWN = load_robot("exonav-1"), (-9.81, 0.0, 0.0)
 
@@ -86,10 +88,21 @@ def test_the_tendon_paid_out_undoes_the_pulled_length():
     soft = ROBOT.replace(tendons=(type(tendon)(**vars(tendon) | {"axial_stiffness": 600.0, "free_length": 0.3}),))
     c = tendon_compliance(soft)
     assert c == pytest.approx((0.3 + soft.tendon_lengths[0]) / 600.0)
-    pulled = 0.5 * soft.length_na - float(paid_out(soft, [0.5], 0.7, 0.0, DOWN, c)[0])
+    pulled = 0.5 * soft.section.L - float(paid_out(soft, [0.5], 0.7, 0.0, DOWN, c)[0])
     shape = solve(soft, displacements=pulled, gravity=DOWN, insertion=0.5)
     assert shape.tensions[0] == pytest.approx(0.7, abs=1e-6)
     assert shortening(shape) == pytest.approx(pulled - 0.7 * c, abs=1e-9)
+
+
+def test_the_axes_of_a_virtual_bench_that_move_so_find_the_profiles_tension():
+    """An independent route: translation to eta L, screw to what is paid out, tension by the bench's mechanics."""
+    setup = ideal(robot=ROBOT, gravity=DOWN)
+    elastic = setup.tendon_length / setup.tendon_stiffness
+    eta, tau = np.linspace(0.1, 1.0, 10), np.linspace(0.6, 0.7, 10)
+    screw, mechanics = paid_out(ROBOT, eta, tau, 0.0, DOWN, elastic), TableMechanics(setup)
+    for insertion, tension, out in zip(eta.tolist(), tau.tolist(), screw.tolist(), strict=True):
+        pulled = insertion * ROBOT.section.L - out
+        assert mechanics.follow(insertion, 0.0, pulled) == pytest.approx(tension, abs=2e-5)
 
 
 def test_the_compliance_at_full_insertion_is_that_of_the_bench():
@@ -105,7 +118,7 @@ def test_feed_forward_keeps_the_tension_on_the_profile(plan):
     rate = np.array([found.pay_rate(x) for x in eta.tolist()])
     tension = [found.tension.value(x) for x in (0.2, 0.9)]
     exact = np.diff(paid_out(ROBOT, [0.2, 0.9], tension, 0.0, DOWN, 0.5e-3))[0]
-    assert np.trapezoid(rate, eta) * ROBOT.length_na == pytest.approx(exact, rel=1e-5)
+    assert np.trapezoid(rate, eta) * ROBOT.section.L == pytest.approx(exact, rel=1e-5)
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,8 @@
 """Records that are cut off, flipped or full of holes open as far as they go, and say what is missing."""
 
+import random
+import tracemalloc
+
 import numpy as np
 import pytest
 
@@ -7,6 +10,7 @@ from rig.records import COMMAND, FAULT, bits, plain
 from tendonrod import InvalidInput
 from tendonrod.rig import record_layout as layout
 from tendonrod.rig.record import read_record
+from tendonrod.rig.record_tables import tables
 from tendonrod.rig.recorder import Recorder
 from tendonrod.rig.replay import replay
 from tendonrod.rig.states import State
@@ -125,6 +129,68 @@ def test_pieces_that_were_taken_out_are_missed(whole, opened):
     record = opened(data[: ends[-3]] + data[ends[-2] :])
     assert record.lost == 1
     assert record.condition == "1 piece missing"
+
+
+def sealed_anew(data: bytes, k: int, change) -> bytes:
+    """The record with kind and content of piece k changed by ``change``, and right checksums all the same."""
+    found = [(each.kind, data[each.start : each.stop]) for each in whole_pieces(data)]
+    found[k] = change(*found[k])
+    return layout.LINE + b"".join(layout.piece(i, *each) for i, each in enumerate(found))
+
+
+def spoilt(how: str, kind: int, content: bytes, rng: random.Random) -> tuple[int, bytes]:
+    if how == "cut":
+        return kind, content[: rng.randrange(len(content))]
+    if how == "longer":
+        return kind, content + rng.randbytes(rng.randrange(1, 9))
+    if how == "flipped":
+        at = rng.randrange(len(content))
+        return kind, content[:at] + bytes([content[at] ^ 1 << rng.randrange(8)]) + content[at + 1 :]
+    return rng.choice([each for each in range(8) if each != kind]), content
+
+
+@pytest.mark.parametrize("how", ["cut", "longer", "flipped", "of another kind"])
+def test_nonsense_under_a_right_checksum_is_counted_not_believed(whole, opened, how):
+    """No accident gets past the checksum, but another program may: what it wrote ends no reader."""
+    data, ends = whole
+    rng = random.Random(how)
+    for k in range(len(ends)):
+        for _ in range(15):
+            record = opened(sealed_anew(data, k, lambda kind, content: spoilt(how, kind, content, rng)))
+            assert len(as_read(record)) + record.unreadable <= N + 1
+            if how in ("cut", "longer") and k not in texts_of(data):
+                assert not record.is_complete
+                assert record.strange + record.unreadable > 0 or not record.end
+
+
+def texts_of(data: bytes) -> set[int]:
+    """Numbers of the pieces that are texts: a text may be shorter or longer and still be one."""
+    return {each.number for each in whole_pieces(data) if each.kind == layout.TEXT}
+
+
+def test_two_records_in_one_file_are_not_taken_for_one(whole, opened):
+    data, _ = whole
+    record = opened(data + data)
+    assert record.lost == 0
+    assert record.strange == 1
+    assert not record.is_complete
+    assert "1 piece of unknown content or out of place" in record.condition
+
+
+def test_a_long_record_is_read_in_little_more_room_than_its_samples(tmp_path):
+    """The places of all bytes at once would take eight times the room of the bytes."""
+    path, n = tmp_path / "long.rec", 60_000
+    with Recorder(path, {}, sync=None) as recorder:
+        for i in range(n):
+            recorder.write(plain(i), COMMAND, State.RUNNING)
+    data = path.read_bytes()
+    samples = [each for each in whole_pieces(data) if each.kind == layout.SAMPLE_PIECE]
+    tracemalloc.start()
+    rows = tables(data, samples).samples
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert rows["force"]["tension"].tolist() == list(range(n))
+    assert peak < 4 * rows.nbytes
 
 
 @pytest.mark.parametrize(

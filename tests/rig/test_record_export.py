@@ -1,6 +1,7 @@
 """Records as trials, tables and benches: what a trial says of a moment is what the bench did then."""
 
 import csv
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -169,6 +170,34 @@ def test_a_record_that_does_not_tell(tmp_path):
         to_trial(bare, robot=ROBOT, trackers=TRACKERS)
 
 
+def test_what_no_device_can_have_measured_is_nan_and_keeps_nothing_else_from_being_exported(tmp_path):
+    """A driver of one's own may hand over anything; the record keeps it, a trial has no place for it."""
+    wrong = [{"quaternion": (0.0, 0.0, 0.0, 0.0)}, {"position": (np.inf, 0.0, 0.0)}, {"quality": -1.0}]
+    samples = [SAMPLES[5 * i] for i in range(6)]
+    for i, each in enumerate(wrong):
+        middle, tip = samples[i].frames
+        samples[i] = replace(samples[i], frames=(middle, replace(tip, **each)))
+    samples[4] = replace(samples[4], force=replace(samples[4].force, tension=np.inf))
+    with Recorder(tmp_path / "odd.rec", header_of(ROBOT, TRACKERS)) as recorder:
+        for each in samples:
+            recorder.write(each, COMMAND, State.RUNNING)
+    trial = to_trial(read_record(tmp_path / "odd.rec"))
+    assert trial.state[:3, 1].tolist() == ["no orientation", "no position", "no quality"]
+    assert np.isnan(trial.orientation[0, 1]).all()
+    assert np.isnan(trial.position[1, 1]).all()
+    assert np.isnan(trial.quality[2, 1])
+    assert np.isfinite(trial.position[[0, 2, 3], 1]).all()
+    assert np.isfinite(trial.tensions[:3]).all()
+    assert np.isnan(trial.tensions[4]).all()
+
+
+def test_a_record_without_samples_is_refused_by_name(tmp_path):
+    Recorder(tmp_path / "none.rec", header_of(ROBOT)).close()
+    for at, said in (("frames", "with frames of a tracker"), ("samples", "with a reading of the load cell")):
+        with pytest.raises(InvalidInput, match=f"record = .*none.rec: must be one {said}"):
+            to_trial(read_record(tmp_path / "none.rec"), at=at)
+
+
 def test_netcdf_is_the_trial(record, trial, tmp_path):
     export(record, tmp_path / "trial.nc")
     found = read_trial(tmp_path / "trial.nc")
@@ -176,6 +205,21 @@ def test_netcdf_is_the_trial(record, trial, tmp_path):
         assert getattr(found, name).tobytes() == getattr(trial, name).tobytes()
     assert found.origin == trial.origin
     assert found.robot == ROBOT
+
+
+def test_a_thinner_trial_holds_the_same_samples(record, trial, tmp_path):
+    """Every third of those that are used, as they were; those that are not used all stay, and the origin says so."""
+    written = export(record, tmp_path / "a.nc", every=3)
+    again, used = read_trial(tmp_path / "a.nc"), trial.kept.any(axis=1)
+    assert written is not None
+    np.testing.assert_array_equal(again.time[again.kept.any(axis=1)], trial.time[used][::3])
+    np.testing.assert_array_equal(again.time[~again.kept.any(axis=1)], trial.time[~used])
+    left = trial.time.size - again.time.size
+    assert again.origin["thinned"] == f"every 3rd used sample; {left} others are not in this file"
+    at = np.isin(trial.time, again.time)
+    np.testing.assert_array_equal(again.position, trial.position[at])
+    with pytest.raises(InvalidInput, match="fields"):
+        export(record, tmp_path / "a.csv", seconds=1.0)
 
 
 def test_csv_is_the_record(record, tmp_path):

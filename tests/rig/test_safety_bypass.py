@@ -219,7 +219,7 @@ def test_emergency_ends_homing():
     bench = plain_bench()
     guarded = GuardedBench(bench)
     home = bench.translation.home
-    bench.translation.home = lambda: home() or guarded.interlock.emergency("Esc")
+    bench.translation.home = lambda should_stop: home(should_stop) or guarded.interlock.emergency("Esc")
     guarded.home()
     assert guarded.interlock.state is State.FAULT
     assert "home" not in bench.rotation.sent + bench.screw.sent

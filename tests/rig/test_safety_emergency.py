@@ -114,6 +114,18 @@ def test_other_keys_are_handed_on(terminal):
     assert not guarded.interlock.is_asked_to_stop
 
 
+def test_an_error_over_another_key_does_not_end_the_emergency_keys(terminal):
+    master, slave = terminal
+    _, guarded = taut()
+    with KeyboardStop(guarded.interlock, terminal=slave, other=lambda key: int(key)) as keyboard:
+        os.write(master, b"h")
+        time.sleep(0.05)
+        os.write(master, b" ")
+        until(lambda: guarded.interlock.is_asked_to_stop)
+        assert keyboard.is_active
+    assert period(guarded)[1] == STILL
+
+
 def test_terminal_that_goes_away_releases(terminal):
     master, slave = terminal
     _, guarded = taut()

@@ -7,9 +7,11 @@ import time
 import pytest
 
 from rig.plain_bench import COMPLIANCE, period, taut
+from tendonrod.rig import ending
 from tendonrod.rig.ending import leave_slack, safely
 from tendonrod.rig.guarded import AT_REST
 from tendonrod.rig.interfaces import Command, DeviceError
+from tendonrod.rig.loop import drive
 from tendonrod.rig.states import FaultKind, Reaction, State
 
 FORWARD = Command(translation=1e-3)
@@ -128,3 +130,67 @@ def test_leaving_is_bounded_where_time_stands_still():
     bench.clock.wait_until = lambda time: None
     leave_slack(guarded)
     assert guarded.interlock.state in (State.HELD, State.FAULT)
+
+
+def test_a_second_interrupt_while_the_devices_are_let_go_cuts_nothing_off(monkeypatch):
+    bench, guarded = taut()
+    record, stopped, close = Memory(), [], ending._close
+
+    def stop(name: str) -> None:
+        stopped.append(name)
+        if len(stopped) == 1:
+            os.kill(os.getpid(), signal.SIGINT)
+
+    def closing(*given) -> None:
+        for axis in bench.axes:
+            axis.stop = lambda name=axis.name: stop(name)
+        close(*given)
+
+    monkeypatch.setattr(ending, "_close", closing)
+    with safely(guarded, record):
+        os.kill(os.getpid(), signal.SIGINT)
+        period(guarded)
+    assert set(stopped) == {"screw", "translation", "rotation"}
+    assert (record.closed, len(bench.closed)) == (1, 1)
+
+
+class Endless:
+    """A task that never ends by itself."""
+
+    name, is_done, progress = "endless", False, 0.0
+
+    def update(self, sample, dt):
+        return FORWARD
+
+
+@pytest.mark.parametrize("word", ["release", "shutdown"])
+def test_a_loop_ends_once_a_person_has_let_the_tendon_go(word):
+    bench, guarded = taut(0.2)
+    guarded.interlock.finish()
+    seen = []
+
+    def watch(moment):
+        seen.append(moment)
+        assert len(seen) < 5000, "loops for ever"
+        if len(seen) == 5:
+            getattr(guarded.interlock, word)()
+
+    outcome = drive(guarded, Endless(), watch=watch)
+    assert not outcome.is_done
+    assert outcome.fault is None
+    assert bench.load_cell.read().tension < SLACK
+
+
+class Undecided(Endless):
+    """A task that can't say whether it is done."""
+
+    @property
+    def is_done(self):
+        raise ValueError("a bug")
+
+
+def test_a_task_that_cannot_say_whether_it_is_done_is_a_fault_of_the_controller():
+    _, guarded = taut(0.2)
+    guarded.interlock.finish()
+    outcome = drive(guarded, Undecided())
+    assert outcome.fault.kind is FaultKind.CONTROLLER

@@ -71,17 +71,19 @@ def test_table_beyond_its_ends(table):
 def test_bench_limits_come_from_the_robot(robot, table):
     limits = bench_limits(robot, table, target=0.7, release_travel=5e-3)
     assert limits.tension == pytest.approx(SHARE * table.limit(1.0), rel=1e-12)
-    assert limits.length == robot.length_na < limits.translation.high < robot.length_na + 2e-3
+    assert limits.length == robot.section.L < limits.translation.high < robot.section.L + 2e-3
     assert limits.release_travel == 5e-3
     with pytest.raises(InvalidInput, match=r"target = 0\.9"):
         bench_limits(robot, table, target=0.9)
+    with pytest.raises(InvalidInput, match="target"):  # a limit set higher leaves that of the strain
+        bench_limits(robot, table, target=0.99 * table.limit(1.0), tension=10.0)
 
 
 def test_interlock_watches_the_strain_of_the_model(robot, table):
     bench = plain_bench()
     guarded = GuardedBench(bench, bench_limits(robot, table, tension=3.0), table)
     guarded.home()
-    bench.translation.position = robot.length_na
+    bench.translation.position = robot.section.L
     bench.load_cell.change = {"tension": table.limit(1.0) * 1.01}
     guarded.interlock._watch.restart()
     period(guarded)
@@ -96,4 +98,4 @@ def test_other_robots_are_refused(robot):
 def test_default_limits_are_those_of_the_first_prototype(robot):
     assert Limits().strain == pytest.approx(PLATEAU_STRAIN, rel=1e-3)
     assert Limits().tension < (tension_limits(load_robot("exonav-1"))[0].tension or 0.0)
-    assert Limits().length == pytest.approx(robot.length_na, rel=2e-3)
+    assert Limits().length == pytest.approx(robot.section.L, rel=2e-3)

@@ -8,7 +8,7 @@ from rig.plain_bench import COMPLIANCE, PERIOD, period, plain_bench, run, runnin
 from tendonrod.errors import TendonrodError
 from tendonrod.rig.guarded import GuardedBench
 from tendonrod.rig.interfaces import STILL, Command
-from tendonrod.rig.limits import room_speed
+from tendonrod.rig.limits import Limits, room_speed
 from tendonrod.rig.safety import IllegalTransition
 from tendonrod.rig.states import FaultKind, Reaction, State
 
@@ -155,7 +155,7 @@ def test_soft_limit_of_strain():
 @pytest.mark.parametrize("v", [1.0, -1.0, 1e300])
 def test_travel_ends_softly(v):
     """At full speed towards the end of its travel an axis stops inside it, without a fault."""
-    bench, guarded = running()
+    bench, guarded = running(Limits(take_up=0.1))
     bench.translation.position = 0.07 if v > 0 else 0.005
     bench.load_cell.change = {"tension": 0.0}
     guarded.interlock._watch.restart()

@@ -240,3 +240,15 @@ def test_a_tendon_left_taut_is_let_go_without_homing(tmp_path):
     assert tension[-1] < 0.05
     assert not done.record.samples["screw"]["homed"].any()
     assert np.ptp(done.record.samples["translation"]["position"]) < 1e-4
+
+
+def test_a_task_that_a_limit_stops_ends_by_a_fault_and_not_never(tmp_path):
+    """The screw may pay out 5 mm only, of the 7.3 that the insertion needs: the rest of the trial waits for it."""
+    axis = {"screw": {"high": 5e-3}, "patience": 3.0}
+    source = VirtualSource(setup=setup(), limits=axis)
+    done = follow_leader(source, plan(), TARGET, tmp_path / "stuck.rec", **SHORT)
+    assert not done.outcome.is_done
+    assert done.outcome.fault.kind is FaultKind.STUCK
+    assert done.outcome.fault.where in set(Phase)
+    assert 3.0 < done.outcome.fault.value < 3.1
+    assert done.record.is_complete

@@ -191,3 +191,34 @@ def test_a_setup_says_what_is_wrong_with_it():
     for field, value in (("tendon_length", 0.01), ("mechanics", "guess"), ("gravity", (0.0, 1.0)), ("screw", 3)):
         with pytest.raises(InvalidInput, match=field):
             usual(**{field: value})
+
+
+def test_a_bench_that_stands_stays_as_it_is_from_the_first_moment():
+    """Taut from the start: the play of screw and rollers is on the flanks that the tendon presses."""
+    bench = virtual_bench(usual(slack=-1.5e-3), 3)
+    before = bench.world.truth
+    drive(bench, 2.0, period=3.7e-3)
+    after = bench.world.truth
+    assert replace(after, time=0.0) == before
+    assert before.tension > 0.5
+
+
+@pytest.mark.parametrize("mechanics", [TableMechanics, EngineMechanics])
+@pytest.mark.parametrize(("insertion", "rotation", "pulled"), [(0.3, 0.4, 0.4e-3), (1.0, 0.0, 2e-3)])
+def test_tension_is_that_whose_tendon_is_so_much_shorter(mechanics, insertion, rotation, pulled):
+    """The tendon's length as a polygon through many points of the loaded robot, with the tracker's weight."""
+    setup = ideal(gravity=DOWN, exit_tilt=(0.02, -0.01), tracker=TIP_HEAVY)
+    found = mechanics(setup).follow(insertion, rotation, pulled)
+    loads = (LumpedMass(mass=TIP_HEAVY.mass, offset=TIP_HEAVY.offset),)
+    place = {"insertion": insertion, "rotation": rotation, "exit_tilt": setup.exit_tilt}
+    bent = solve(robot(), found, DOWN, loads=loads, **place)
+    drawn = polygon(solve(robot(), 0.0, insertion=insertion)) - polygon(bent)
+    assert drawn + found * setup.tendon_length / setup.tendon_stiffness == pytest.approx(pulled, abs=1e-8)
+
+
+def polygon(shape, points: int = 2001) -> float:
+    """Length (m) of the tendon through the exposed robot."""
+    at = shape.at(np.linspace(0.0, shape.length, points))
+    arms = np.broadcast_to(shape.robot.tendon_position(0, at.material_coordinate), at.position.shape)
+    path = at.position + np.einsum("nij,nj->ni", at.rotation, arms)
+    return float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum())

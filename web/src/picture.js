@@ -16,11 +16,12 @@ import { byId, setText } from "./panels/elements.js";
 
 const SLOW = { gauges: 90, section: 70, strip: 160 }; // ms between redrawings of each
 const MOVED = 1e-3; // m, from which a moved outer tube is framed anew
+const REACHED = /^target (.+) is reached$/; // as the server says it
 const seconds = () => performance.now() / 1e3;
 
 export class Picture {
   constructor(store, query) {
-    Object.assign(this, { store, query, framesDrawn: 0, isFresh: false, drawn: {}, reached: null });
+    Object.assign(this, { store, query, framesDrawn: 0, isFresh: false, drawn: {} });
     this.stage = makeStage();
     this.anatomy = this.stage?.anatomy ?? new Anatomy();
     this.strip = new Strip(byId("strip"));
@@ -40,9 +41,15 @@ export class Picture {
   listen() {
     this.store.on("welcome", (message) => this.build(message.scene));
     this.store.on("state", (state) => this.take(state));
-    this.store.on("event", (event) => this.events.add(this.named(event.text), event.severity, event.time));
+    this.store.on("event", (event) => this.tell(event));
     this.store.on("error", (error) => this.events.add(error.text, "warning", this.store.state?.time));
     this.store.on("connection", () => this.touch());
+  }
+
+  tell({ text, severity, time }) {
+    const [, name] = text.match(REACHED) ?? [];
+    if (name) this.events.add(`${placeOf(name)} ${name.split("@")[1]} reached`, "good", time);
+    else this.events.add(this.named(text), severity, time);
   }
 
   /** Our own name, such as page-3, says nothing to who sits here. */
@@ -67,14 +74,7 @@ export class Picture {
     this.strip.add(state, seconds());
     if (Math.abs(state.tube.height - this.framed) > MOVED) this.stage?.frame(this.store.scene, state.tube);
     this.framed = state.tube.height;
-    const reached = state.mode === "live" ? state.reached : [];
-    for (const name of reached) if (this.reached && !this.reached.includes(name)) this.celebrate(name, state);
-    this.reached = reached;
     this.isFresh = true;
-  }
-
-  celebrate(name, state) {
-    this.events.add(`${placeOf(name)} ${name.split("@")[1]} reached`, "good", state.time);
   }
 
   choose(name) {

@@ -103,13 +103,14 @@ COMMANDS = {
 RIG_COMMANDS = {
     rig_ftl: (
         "tendonrod rig ftl exonav-1 --target 0.7 --gravity -9.81,0,0 --trials 3 --seed 1 --output bench",
-        "tendonrod rig ftl exonav-1 --target 0.7 --profile paper --tracker-mass-g 0.5 --output bench --json",
+        "tendonrod rig ftl exonav-1 --target 0.7 --gravity -9.81,0,0 --profile paper --tracker-mass-g 0.5 --output out",
         "tendonrod rig ftl exonav-1 --target 0.7 --bench my-bench.toml --output bench",
     ),
     run: ("tendonrod rig run motion.csv --gravity -9.81,0,0 --output bench",),
     hold: (
         "tendonrod rig hold --tension 0.5 --duration 10 --insertion 0.5 --output bench",
         "tendonrod rig hold --tension 0.3 --duration 5 --bench my-bench.toml --output bench",
+        "tendonrod rig hold --tension 0.3 --duration 5 --bench my-bench.toml --rehearse /dev/pts/3 --output rehearsal",
     ),
     retract: ("tendonrod rig retract --target 0.7 --bench my-bench.toml --output bench",),
     release: ("tendonrod rig release --bench my-bench.toml --output bench",),

@@ -13,6 +13,7 @@ import typer
 from ..errors import MISSING, Fact, InvalidInput, finite, one_of
 from . import output
 from .arguments import Json, chosen_robot, chosen_trials, in_words, whole
+from .every import Every, thin
 from .identify_page import names_dict, names_page, page
 from .trials_page import lost
 
@@ -78,6 +79,7 @@ def identify(
     names: Annotated[
         bool, typer.Option("--names", help="List what may be identified, of TRIAL's robot too, and exit.")
     ] = False,
+    every: Every = None,
     json: Json = False,
 ) -> None:
     """Identify numbers of robot and bench from measured trials, and say how sure they are.
@@ -94,6 +96,7 @@ def identify(
     if names:
         output.say_json(names_dict(given, model)) if json else output.say(names_page(given, model))
         return
+    given = thin(given, every)
     one_of("--loss", loss, ("huber", "squares"))
     blocks = None if folds is None else _folds(folds, given)
     wanted, setup, held = _asked(given, model, free or [], start or [], hold or [])

@@ -1,14 +1,12 @@
-"""Options that the commands of `tendonrod rig` share, and the bench that they name."""
+"""The bench that the options of `tendonrod rig` name, and what is shown of it while it runs."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from contextlib import AbstractContextManager
+from collections.abc import Iterator
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
-
-import typer
+from typing import TYPE_CHECKING, Any
 
 from ..errors import Fact, InvalidInput, nonnegative, within
 from . import output as out
@@ -17,41 +15,13 @@ from .arguments import bench_robot, number, vector, whole
 if TYPE_CHECKING:
     from ..rig.benches import BenchSource
     from ..rig.benchfile import BenchFile
-    from ..rig.loop import Outcome
+    from ..rig.live_tip import LiveTip
+    from ..rig.loop import Watch
     from ..rig.safety import Interlock
-    from ..rig.trials import Performed
+    from .live import LiveView
 
 
-def option(metavar: str, text: str, *names: str) -> Any:
-    """A typer option."""
-    return typer.Option(*names, metavar=metavar, help=text)
-
-
-Output = Annotated[str, option("DIR", "Write there; made if need be, and nothing in it is overwritten.", "--output")]
-RobotOption = Annotated[str, option("ROBOT", "Preset, or path of a robot's TOML file.", "--robot")]
-BenchGravity = Annotated[
-    str | None, option("X,Y,Z", "Gravity, m/s2, world frame. Left out: the bench file's, else 0,0,0.", "--gravity")
-]
-BenchOption = Annotated[
-    str | None, option("FILE.toml", "The bench, virtual or of devices. Left out: the virtual bench.", "--bench")
-]
-Seed = Annotated[str, option("WHOLE", "Of the virtual bench: the same seed, the same samples.", "--seed")]
-RealTime = Annotated[bool, typer.Option("--real-time", help="The virtual bench in step with time, not faster.")]
-Rate = Annotated[str, option("HZ", "Control periods per second, 100 to 1000.", "--rate-hz")]
-BenchTorsion = Annotated[
-    str | None,
-    option("MODEL", "Of the robot. Left out: homogenized, where the robot has the factors.", "--torsion"),
-]
-TendonFriction = Annotated[
-    str | None, option("MU", "Of the virtual bench's tendon in the tube. Left out: 0.1.", "--tendon-friction")
-]
-OuterFriction = Annotated[
-    str | None, option("N", "Of the robot in the outer tube, virtual bench. Left out: 0.05.", "--outer-friction-n")
-]
-TrackerMass = Annotated[
-    str | None, option("G", "Of sensor and holder at the tip, virtual bench. Left out: 0.", "--tracker-mass-g")
-]
-Homed = Annotated[bool, typer.Option("--homed", help="Devices: the axes know their references; do not home them.")]
+PSEUDO_TERMINALS = ("/dev/pts/", "/dev/ttys")  # of Linux and macOS
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,17 +38,23 @@ class Asked:
     tendon_friction: str | None = None
     outer_friction: str | None = None
     tracker_mass: str | None = None
+    slicer: str | None = None
+    rehearse: str | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
 class Chosen:
-    """The bench and how it is to be run."""
+    """The bench and how it is to be run. file: what its numbers come from; robot and asked: as typed."""
 
+    file: str
+    robot: str
+    asked: Asked
     source: BenchSource
     is_virtual: bool
     home: bool
     seed: int
     rate: float
+    slicer: int | None
 
     @property
     def options(self) -> dict[str, Any]:
@@ -87,8 +63,12 @@ class Chosen:
 
 
 def chosen(robot: str, asked: Asked) -> Chosen:
-    """The bench that was asked for. Raises `InvalidInput`; nothing is opened yet."""
+    """The bench that was asked for, with a warning where a mass hangs on it for nothing.
+
+    Raises `InvalidInput`; nothing is opened yet.
+    """
     seed, rate = whole("--seed", asked.seed, 0, 2**63 - 1), number("--rate-hz", asked.rate, within, 100.0, 1000.0)
+    port = None if asked.slicer is None else whole("--slicer", asked.slicer, 1, 65535)
     pull = None if asked.gravity is None else vector("--gravity", asked.gravity)
     changes = _changes(asked)
     body = bench_robot(robot, asked.torsion)
@@ -97,10 +77,31 @@ def chosen(robot: str, asked: Asked) -> Chosen:
 
     file = default_bench() if asked.bench is None else read_bench(asked.bench, "--bench")
     _fits(file, asked)
-    source = file.source(body, pull or file.gravity or (0.0, 0.0, 0.0), asked.real_time)
+    from_file = file.gravity  # looked at also where it does not count
+    source = _changed(file.source(body, pull or from_file or (0.0, 0.0, 0.0), asked.real_time), changes)
+    source = source if asked.rehearse is None else _rehearsed(source, asked.rehearse)
+    _warn_of_idle_mass(source)
     return Chosen(
-        source=_changed(source, changes), is_virtual=file.is_virtual, home=not asked.homed, seed=seed, rate=rate
-    )
+        file=file.name, robot=robot, asked=asked, source=source, is_virtual=file.is_virtual, home=not asked.homed,
+        seed=seed, rate=rate, slicer=port,
+    )  # fmt: skip
+
+
+def _rehearsed(source: Any, port: str) -> BenchSource:
+    """On the emulated board. Raises `InvalidInput` for a port behind which there may be hardware."""
+    from ..rig.benches import rehearsed
+
+    if not str(Path(port).resolve()).startswith(PSEUDO_TERMINALS):
+        allowed = "the pseudo-terminal that python -m tendonrod.rig.firmware prints; nothing else is surely no hardware"
+        raise InvalidInput("--rehearse", Fact(port), allowed)
+    return rehearsed(source, port)
+
+
+def _warn_of_idle_mass(source: BenchSource) -> None:
+    from ..rig.benches import loads_of
+
+    if (mass := sum(each.mass for each in loads_of(source))) and not any(source.gravity):
+        out.warn([f"{1e3 * mass:g} g hang on the robot, but without gravity they weigh nothing; give --gravity"])
 
 
 def _changes(asked: Asked) -> dict[str, float]:
@@ -120,6 +121,8 @@ def _fits(file: BenchFile, asked: Asked) -> None:
     for name, text in virtual.items():
         if text is not None and not file.is_virtual:
             raise InvalidInput(name, Fact(text), f"left out with the devices of {file.name}")
+    if asked.rehearse is not None and file.is_virtual:
+        raise InvalidInput("--rehearse", Fact(asked.rehearse), "left out with a virtual bench: it needs no hardware")
     if asked.homed and file.is_virtual:
         raise InvalidInput("--homed", Fact("given"), "left out with a virtual bench: it is switched on anew each time")
 
@@ -143,39 +146,51 @@ def keyboard(interlock: Interlock) -> AbstractContextManager:
     return KeyboardStop(interlock)
 
 
-def fresh(path: str, names: Sequence[str]) -> Path:
-    """The directory ``path``, made if need be, in which none of ``names`` may be there yet."""
-    found = out.directory("--output", path)
-    there = [name for name in names if (found / name).exists()]
-    if there:
-        allowed = f"a directory without {there[0]}: nothing is overwritten; name another, or move away what is there"
-        raise InvalidInput("--output", Fact(path), allowed)
-    return found
+@contextmanager
+def shown(place: Chosen, title: str = "", target: float | None = None) -> Iterator[LiveView]:
+    """The live view, and 3D Slicer beside it where that was asked for; ``title``: of what comes.
+
+    target: N, of the reference that the tip is to follow, None for no such.
+
+    Raises `DeviceError` in one line where nothing can listen at the port, or pyigtl is missing.
+    """
+    from .live import LiveView
+
+    tip = None if target is None else _tip(place, target)
+    with _in_slicer(place) as also, LiveView(place.source.robot.length_na, also, tip) as view:
+        if title:
+            view.begin(title)
+        yield view
 
 
-def export_beside(done: Performed) -> Path | None:
-    """The record's trial as .nc beside it, by frame of the tracker, or by period where it gave none; None if empty."""
-    from ..rig.export import FRAMES, SAMPLES, export
+def _tip(place: Chosen, target: float) -> LiveTip | None:
+    """How far the tip is from its reference, where there is a tracker on it and its field's place is known."""
+    from ..measurement.trial import ROBOT
+    from ..rig.live_tip import LiveTip
+    from ..rig.trials import reference_of
 
-    if not len(done.record.samples):
+    source, field = place.source, place.source.known(place.seed).get("T_world_field")
+    on_it = [each for each in source.trackers if each.on == ROBOT and each.at is None]
+    if field is None or not on_it or place.asked.rehearse is not None:
         return None
-    path = done.path.with_suffix(".nc")
-    with out.written("--output", path):
-        export(done.record, path, at=FRAMES if len(done.record.frames) else SAMPLES)
-    return path
+    return LiveTip(reference_of(source.robot, target, source.gravity), on_it[0], field)
 
 
-def end(outcomes: Sequence[tuple[str, Outcome]], record: Callable[[int], str]) -> None:
-    """Leave with the exit status that the last of the named outcomes asks for, and a line that says why."""
-    from ..rig.states import FaultKind, Reaction
-
-    name, last = outcomes[-1]
-    if last.is_done:
+@contextmanager
+def _in_slicer(place: Chosen) -> Iterator[Watch | None]:
+    if place.slicer is None:
+        yield None
         return
-    fault = last.fault
-    if fault is not None and fault.kind is FaultKind.EMERGENCY and fault.reaction is Reaction.RELEASE:
-        raise typer.Exit(130)
-    from .rig_page import fault_line
+    from ..rig.benches import loads_of
+    from ..rig.igtl import SlicerStream
+    from ..rig.live_shape import LiveShape
 
-    out.note(f"error: {name}: {fault_line(fault)}; {record(len(outcomes) - 1)}")
-    raise typer.Exit(1)
+    source = place.source
+    given: dict[str, Any] = {"loads": loads_of(source), "tools": [each.name for each in source.trackers]}
+    given["T_world_field"] = source.known(place.seed).get("T_world_field")
+    with (
+        SlicerStream(place.slicer) as stream,
+        LiveShape(stream, source.robot, source.gravity, **given) as live,
+    ):
+        out.note(f"3D Slicer and others may connect by OpenIGTLink at localhost, port {stream.port}")
+        yield live.watch

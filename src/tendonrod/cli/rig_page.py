@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Sequence
 from math import isfinite
 from typing import TYPE_CHECKING, Any
@@ -12,22 +13,13 @@ from . import output as out
 from .shape_page import listed
 
 if TYPE_CHECKING:
+    from ..rig.asked_again import Verdict
     from ..rig.benches import BenchSource
     from ..rig.inserted import Inserted
     from ..rig.record import Record
     from ..rig.states import Fault
     from ..rig.trials import Followed, Performed
 
-_UNITS = {
-    "TENSION": "N",
-    "TENSION_RATE": "N/s",
-    "TENSION_LOST": "m",
-    "SATURATION": "N",
-    "STALE_SENSOR": "s",
-    "TRACKER_LOST": "s",
-    "COMMAND_TIMEOUT": "s",
-}
-_BY_AXIS = {"TRAVEL": "", "SPEED": "/s", "ENCODER_JUMP": "", "STALL": ""}
 _LEGEND = (
     "To the curve: rms distance of the tracked tip from the reference, the whole robot's\n"
     "tube axis at the target; at insertion: from its point at the same insertion. The\n"
@@ -40,16 +32,8 @@ def fault_line(fault: Fault | None) -> str:
     if fault is None:
         return "ended by whoever watched"
     place = f" ({fault.where})" if fault.where else ""
-    unit = _unit(fault)
-    values = f": {fault.value:.4g}{unit}, allowed {fault.limit:.4g}{unit}" if isfinite(fault.value) else ""
+    values = f": {fault.passed}" if fault.passed else ""
     return f"{fault.kind.value}{place} at {fault.time:.3f} s{values}; {fault.reaction.value}"
-
-
-def _unit(fault: Fault) -> str:
-    name = fault.kind.name
-    if name in _BY_AXIS:
-        return f" {'rad' if fault.where.startswith('rotation') else 'm'}{_BY_AXIS[name]}"
-    return f" {_UNITS[name]}" if name in _UNITS else ""
 
 
 def fault_dict(fault: Fault | None) -> dict[str, Any] | None:
@@ -76,10 +60,10 @@ def bench_line(source: BenchSource, done: Performed) -> str:
     setup: Any = getattr(source, "setup", None)
     if setup is None:
         return str(done.record.header["bench"])
-    mass = 0.0 if setup.tracker is None else setup.tracker.mass
+    tracker = "no tracker" if setup.tracker is None else f"tracker {1e3 * setup.tracker.mass:g} g"
     return (
         f"virtual bench, not a measurement: friction of the tendon {setup.tendon_friction:g}, "
-        f"of the outer tube {setup.outer_friction:g} N, tracker {1e3 * mass:g} g"
+        f"of the outer tube {setup.outer_friction:g} N, {tracker}"
     )
 
 
@@ -92,8 +76,6 @@ def title(source: BenchSource, *more: str) -> str:
 
 def followed_page(found: Sequence[Followed], ways: Sequence[Inserted], source: BenchSource) -> str:
     """Follow-the-leader trials beside the paper's."""
-    from ..report import paper
-
     columns = ["trial\n", "seed\n", "ended\n", "bench\ns", "to the\ncurve mm", "at inser-\ntion mm"]
     columns += ["tension\nrms mN", "tension\nmax mN", "poses\n", "lost\n"]
     rows = []
@@ -102,19 +84,33 @@ def followed_page(found: Sequence[Followed], ways: Sequence[Inserted], source: B
         tip = [_digits(1e3 * value, 3) for value in way.tip_rmse]
         tension = [_digits(1e3 * value, 1) for value in (way.error_rms, way.error_max)]
         rows.append([*run, *tip, *tension, str(way.frames), str(way.lost)])
-    printed = ", ".join(f"{1e3 * each:.2f}" for each in paper.FTL_TIP_RMSE_TRIALS)
-    print_rows = [
-        ("the paper's trials", f"{printed} mm", "tip RMSE, prototype 1, 0.7 N"),
-        ("its simulation", f"{1e3 * paper.FTL_TIP_RMSE_SIMULATED:.2f} mm", ""),
-    ]
     first = found[0]
     return "\n\n".join([
         out.heading(title(source, f"target {first.target:g} N", f"profile {first.profile.name}")),
-        f"{bench_line(source, first)}; {_gains(first)}.",
+        paragraph(f"{bench_line(source, first)}; {_gains(first)}."),
         out.table(columns, rows, words=(2,)),
-        out.table(("", "", ""), print_rows, words=(0, 1, 2)),
-        _LEGEND,
+        out.table(("", "", ""), _printed(first), words=(0, 1, 2)),
+        paragraph(_LEGEND),
     ])  # fmt: skip
+
+
+def paragraph(text: str) -> str:
+    """``text``, broken between its words where the terminal ends; in a pipe as it is."""
+    return out.table(("",), [(" ".join(text.split()) if sys.stdout.isatty() else text,)], words=(0,))
+
+
+def _printed(first: Followed) -> list[tuple[str, str, str]]:
+    """What the paper prints, and of which case where that is another than here."""
+    from ..report import paper
+    from ..report.bench import is_papers
+
+    here = is_papers(first.robot.name, first.target, first.gravity, first.record.header.get("end", 1.0))
+    case = "prototype 1, 0.7 N, gravity, to full insertion" + ("" if here else ": another case than here")
+    printed = ", ".join(f"{1e3 * each:.2f}" for each in paper.FTL_TIP_RMSE_TRIALS)
+    return [
+        ("the paper's trials", f"{printed} mm", f"tip RMSE, {case}"),
+        ("its simulation", f"{1e3 * paper.FTL_TIP_RMSE_SIMULATED:.2f} mm", "the same"),
+    ]
 
 
 def followed_dict(found: Sequence[Followed], ways: Sequence[Inserted], source: BenchSource) -> dict[str, Any]:
@@ -195,8 +191,8 @@ def _digits(value: float, digits: int) -> str:
     return out.fixed(value, digits) if isfinite(value) else "-"
 
 
-def record_page(record: Record, count: int) -> str:
-    """What is in a record; count: of the samples that were replayed."""
+def record_page(record: Record, count: int, verdict: Verdict | str) -> str:
+    """What is in a record; count: of the samples that were replayed; verdict: the interlock's, or why there is none."""
     header = record.header
     made = header.get("recorder", {})
     time = record.time
@@ -208,6 +204,7 @@ def record_page(record: Record, count: int) -> str:
         ("samples", f"{count} replayed, {_span(time)}"),
         ("frames", f"{len(record.frames)} of {listed_words(dict.fromkeys(record.tools.tolist()))}"),
         ("integrity", f"{record.condition}; {_end(record)}"),
+        ("interlock", str(verdict)),
     ]
     events = [[f"{at:.3f}", kind, text] for at, kind, text in timeline(record)]
     blocks = [out.heading(record.name), out.table(("", ""), facts, words=(0, 1))]
@@ -216,10 +213,10 @@ def record_page(record: Record, count: int) -> str:
     return "\n\n".join(blocks)
 
 
-def record_dict(record: Record, count: int) -> dict[str, Any]:
+def record_dict(record: Record, count: int, verdict: Verdict | str) -> dict[str, Any]:
     """The same for JSON, SI, with the header as it is but for the robot's text."""
     hidden = ("robot", "robot_exact", "limits", "setup")
-    return {
+    return _plainly({
         "record": record.name,
         "complete": record.is_complete,
         "condition": record.condition,
@@ -230,7 +227,23 @@ def record_dict(record: Record, count: int) -> dict[str, Any]:
         "states": [[at, text] for at, kind, text in timeline(record) if kind == "state"],
         "faults": [fault_dict(each) for each in record.faults],
         "messages": [list(each) for each in record.messages],
-    }
+        "interlock": verdict if isinstance(verdict, str) else _verdict_dict(verdict),
+    })  # fmt: skip
+
+
+def _plainly(value: Any) -> Any:
+    """With None for numbers that JSON does not have, at any depth: a header may hold what was unlimited."""
+    if isinstance(value, dict):
+        return {key: _plainly(each) for key, each in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_plainly(each) for each in value]
+    return plain(value) if isinstance(value, float) else value
+
+
+def _verdict_dict(verdict: Verdict) -> dict[str, Any]:
+    differences = [each._asdict() for each in verdict.differences]
+    told = [fault_dict(each) for each in verdict.told]
+    return {"asked": verdict.asked, "agrees": verdict.agrees, "differences": differences, "told": told}
 
 
 def timeline(record: Record) -> list[tuple[float, str, str]]:

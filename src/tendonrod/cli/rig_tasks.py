@@ -2,34 +2,38 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from ..errors import nonnegative, one_of, positive, within
 from . import output as out
-from .arguments import Json, number
-from .rig_bench import (
-    Asked,
+from .arguments import Figure, Json, number
+from .rig_arguments import (
+    EARLIEST,
     BenchGravity,
     BenchOption,
     BenchTorsion,
-    Chosen,
     Homed,
     OuterFriction,
     Output,
+    Profile,
     Rate,
     RealTime,
+    Rehearse,
     RobotOption,
+    ScrewRate,
     Seed,
+    Slicer,
+    Target,
     TendonFriction,
     TrackerMass,
-    chosen,
-    end,
-    export_beside,
-    fresh,
     option,
 )
+from .rig_bench import Asked, Chosen, chosen, shown
+from .rig_ending import end, export_beside, fresh, kept
+from .rig_limits import admit, admit_turns, limits_for, machine_of, rates_in_words
 
 if TYPE_CHECKING:
     from ..rig.drives import Machine
@@ -51,6 +55,9 @@ def run(
     tendon_friction: TendonFriction = None,
     outer_friction: OuterFriction = None,
     tracker_mass: TrackerMass = None,
+    slicer: Slicer = None,
+    rehearse: Rehearse = None,
+    figure: Figure = None,
     json: Json = False,
 ) -> None:
     """Run a motion from a file: insertion, rotation and tension.
@@ -61,15 +68,25 @@ def run(
     asked = Asked(
         bench=bench, torsion=torsion, gravity=gravity, real_time=real_time, homed=homed, seed=seed, rate=rate,
         tendon_friction=tendon_friction, outer_friction=outer_friction, tracker_mass=tracker_mass,
+        slicer=slicer, rehearse=rehearse,
     )  # fmt: skip
+    picture = out.target("--figure", figure, out.FIGURES)
     place = chosen(robot, asked)
 
     from ..rig.commandfile import read_commands
     from ..rig.progressive import Progressive
     from ..rig.staged import Phase
 
-    highest = max(read_commands(file).tension)
-    _perform(place, lambda machine: Progressive.read(file, machine), highest, "run", output, json, Phase.FOLLOW)
+    found, limits = read_commands(file), limits_for(place)
+    highest, turned = max(found.tension), f"{file}: column {found.rotation_column}"
+    admit(limits, place, f"{file}: column tension_N", highest, "up to ")
+    admit_turns(machine_of(place, limits), turned, found.rotation, found.insertion)
+
+    def make(machine: Machine) -> Task:
+        admit_turns(machine, turned, found.rotation, found.insertion)  # devices may turn less far
+        return Progressive(found.insertion, found.tension, machine, rotation=found.rotation, time=found.time)
+
+    _perform(place, make, highest, "run", output, json, Phase.FOLLOW, picture=picture)
 
 
 def hold(
@@ -89,6 +106,9 @@ def hold(
     tendon_friction: TendonFriction = None,
     outer_friction: OuterFriction = None,
     tracker_mass: TrackerMass = None,
+    slicer: Slicer = None,
+    rehearse: Rehearse = None,
+    figure: Figure = None,
     json: Json = False,
 ) -> None:
     """Bring the tendon to a tension and hold it.
@@ -102,8 +122,11 @@ def hold(
     asked = Asked(
         bench=bench, torsion=torsion, gravity=gravity, real_time=real_time, homed=homed, seed=seed, rate=rate,
         tendon_friction=tendon_friction, outer_friction=outer_friction, tracker_mass=tracker_mass,
+        slicer=slicer, rehearse=rehearse,
     )  # fmt: skip
+    picture = out.target("--figure", figure, out.FIGURES)
     place = chosen(robot, asked)
+    admit(limits_for(place), place, "--tension", tau)
 
     from ..rig.staged import Phase
 
@@ -114,15 +137,15 @@ def hold(
         held = TensionHold(tau, time, machine, axis=axis)
         return Chain([Progressive([eta], [tau], machine), held]) if eta > 0.0 else held
 
-    _perform(place, make, tau, "hold", output, json, Phase.HOLD)
+    _perform(place, make, tau, "hold", output, json, Phase.HOLD, picture=picture)
 
 
 def retract(
-    target: Annotated[str, option("N", "Tension at full insertion, N, > 0.", "--target")],
+    target: Target,
     output: Output,
-    insertion: Annotated[str, option("SHARE", "At which a virtual robot begins, up to 1.", "--from")] = "1",
-    profile: Annotated[str, option("NAME", "As in rig ftl: plan, polynomial or paper.", "--profile")] = "plan",
-    screw_rate_mm_s: Annotated[str, option("MM/S", "At which the screw winds the tendon in.")] = "0.45",
+    insertion: Annotated[str, option("SHARE", "At which a virtual robot begins, 0.06 to 1.", "--from")] = "1",
+    profile: Profile = "plan",
+    screw_rate_mm_s: ScrewRate = "0.45",
     robot: RobotOption = "exonav-1",
     gravity: BenchGravity = None,
     seed: Seed = "0",
@@ -133,6 +156,9 @@ def retract(
     tendon_friction: TendonFriction = None,
     outer_friction: OuterFriction = None,
     tracker_mass: TrackerMass = None,
+    slicer: Slicer = None,
+    rehearse: Rehearse = None,
+    figure: Figure = None,
     json: Json = False,
 ) -> None:
     """Draw the robot in along its follow-the-leader profile, backwards.
@@ -143,18 +169,24 @@ def retract(
     """
     one_of("--profile", profile, ("plan", "polynomial", "paper"))
     tau, pace = number("--target", target, positive), 1e-3 * number("--screw-rate-mm-s", screw_rate_mm_s, positive)
-    start = number("--from", insertion, within, 0.06, 1.0)
+    start = number("--from", insertion, within, EARLIEST, 1.0)
     asked = Asked(
         bench=bench, torsion=torsion, gravity=gravity, real_time=real_time, seed=seed, rate=rate,
         tendon_friction=tendon_friction, outer_friction=outer_friction, tracker_mass=tracker_mass,
+        slicer=slicer, rehearse=rehearse,
     )  # fmt: skip
+    picture = out.target("--figure", figure, out.FIGURES)
     place = chosen(robot, asked)
 
     from ..rig.staged import Phase
     from ..rig.trials import highest_of
-    from .rig import profile_for
+    from .rig import mixtures, profile_for
 
+    limits = limits_for(place)
+    admit(limits, place, "--target", tau)
     wanted = profile_for(place, profile, tau)
+    admit(limits, place, "--target" if profile != "paper" else "--profile", highest_of(wanted), "its profile up to ")
+    out.warn(mixtures(place, wanted, tau, None))
 
     def make(machine: Machine) -> Task:
         from ..rig.chain import Chain
@@ -165,7 +197,9 @@ def retract(
             return back
         return Chain([FollowLeader(wanted, machine, screw_rate=pace, end=start), back])
 
-    _perform(place, make, highest_of(wanted), "retract", output, json, Phase.RETRACT, home=place.is_virtual)
+    _perform(
+        place, make, highest_of(wanted), "retract", output, json, Phase.RETRACT, picture=picture, home=place.is_virtual
+    )
 
 
 def release(
@@ -174,6 +208,7 @@ def release(
     gravity: BenchGravity = None,
     bench: BenchOption = None,
     torsion: BenchTorsion = None,
+    rehearse: Rehearse = None,
     json: Json = False,
 ) -> None:
     """Let the tendon go: the screw pays out until it is slack.
@@ -181,7 +216,7 @@ def release(
     From wherever the bench stands, without homing; after an emergency stop or a lost program the tendon still has its
     tension, and homing needs it slack. DIR gets release.rec and release.nc.
     """
-    place = chosen(robot, Asked(bench=bench, torsion=torsion, gravity=gravity))
+    place = chosen(robot, Asked(bench=bench, torsion=torsion, gravity=gravity, rehearse=rehearse))
     _perform(place, None, None, "release", output, json)
 
 
@@ -193,24 +228,27 @@ def _perform(
     output: str,
     json: bool,
     *phases: str,
+    picture: Path | None = None,
     **more: Any,
 ) -> None:
-    """Run, record, export, print; leave with the exit status."""
-    directory = fresh(output, [f"{name}.rec", f"{name}.nc"])
-
+    """Run, record, export, draw, print; leave with the exit status."""
     from ..rig.trials import run as run_on
-    from .live import LiveView
     from .rig_page import performed_json, performed_page
 
-    robot = place.source.robot
-    with LiveView(robot.length_na) as view:
-        view.begin(f"{name}: {robot.name}, torsion {robot.torsion}")
+    title = f"{name}: {place.source.robot.name}, torsion {place.source.robot.torsion}"
+    with fresh(output, [f"{name}.rec", f"{name}.nc"]) as directory, shown(place, title) as view:
         given: dict[str, Any] = {"seed": place.seed, "watch": view.watch, **place.options, **more}
-        done = run_on(place.source, make, directory / f"{name}.rec", highest=highest, **given)
+        path = directory / f"{name}.rec"
+        with kept(path, place), rates_in_words():
+            done = run_on(place.source, make, path, highest=highest, **given)
     out.note(f"wrote {done.path}")
-    export_beside(done)
+    export_beside(done.record, done.path)
+    if picture is not None:
+        from ..plot.bench_task import task_figure
+
+        out.write_figure("--figure", picture, lambda: task_figure(done))
     if json:
         out.say_json(performed_json(done, place.source, *phases))
     else:
         out.say(performed_page(done, place.source, *phases))
-    end([(name, done.outcome)], lambda _: f"{done.path.name} is {done.record.condition}")
+    end(place, [(name, done.outcome)], lambda _: done.record)

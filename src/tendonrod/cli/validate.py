@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from math import degrees
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -11,6 +12,7 @@ import typer
 from ..errors import one_of
 from . import output
 from .arguments import Json, chosen_robot, chosen_trials, in_words
+from .every import Every, thin
 from .trials_page import assumptions, made_by
 
 if TYPE_CHECKING:
@@ -21,7 +23,7 @@ if TYPE_CHECKING:
 
 _LEGEND = (
     "with, without: gravity in the model. MED: maximum Euclidean distance; %: RMSE of the\n"
-    "exposed length; bias: length of the mean error vector; scatter: rms about it, so that\n"
+    "robot's length L_na; bias: length of the mean error vector; scatter: rms about it, so that\n"
     "RMSE^2 = bias^2 + scatter^2."
 )
 
@@ -47,6 +49,7 @@ def validate(
     why: Annotated[
         bool, typer.Option("--why/--no-why", help="Look for what would explain the errors: a tilted base, a mass, ...")
     ] = True,
+    every: Every = None,
     json: Json = False,
 ) -> None:
     """Compare measured trials with the model, place by place.
@@ -60,12 +63,12 @@ def validate(
     one_of("--gravity", gravity, ("both", "with", "without"))
     model = None if robot is None else chosen_robot(robot, torsion)
     directory = None if output_directory is None else output.directory("--output", output_directory)
-    given = chosen_trials(trials, model, torsion)
+    given = thin(chosen_trials(trials, model, torsion), every)
 
     from ..measurement.accuracy import accuracy
 
-    with in_words({"trials": "TRIAL"}):
-        found = accuracy(given, robot=model, gravity=gravity)
+    with in_words({"trials": "TRIAL"}), output.progress_bar("comparing") as watch:
+        found = accuracy(given, robot=model, gravity=gravity, watch=watch)
     causes = _diagnosed(found) if why and gravity != "without" else {}
     if json:
         output.say_json(_as_dict(found) | {"why": {name: _causes_dict(each) for name, each in causes.items()}})
@@ -83,8 +86,12 @@ def _diagnosed(found: Accuracy) -> dict[str, Diagnosis]:
     for robot in found.robots:
         of = [each for each in found.trials if found.setup.robot_of(each) == robot and _rides(each)]
         with output.progress_bar(f"{robot.name}: looking for causes") as watch:
-            causes[robot.name] = diagnose(of, found.setup, watch)
+            causes[robot.name] = diagnose(of, found.setup, partial(_cause, watch, robot.name))
     return causes
+
+
+def _cause(watch: Any, robot: str, done: int, of: int, what: str) -> None:
+    watch(done, of, f"{robot}: {what}")
 
 
 def _rides(trial: Trial) -> bool:
@@ -117,6 +124,7 @@ def _causes_dict(found: Diagnosis) -> dict[str, Any]:
     return {
         "rmse": _number(found.rmse),
         "poses": found.count,
+        "every": found.every,
         "outliers": found.outliers,
         "alone": [told(each) | {"refused": each.why} for each in found.alone],
         "together": [told(each) for each in found.together],
@@ -139,7 +147,7 @@ def _page(found: Accuracy) -> str:
     title = ", ".join(f"{robot.name}, torsion {robot.torsion}" for robot in found.robots)
     used, measured = found.counts
     blocks = [output.heading(f"{title}: {used} of {measured} samples compared"), *assumptions(found.trials)]
-    blocks += [_table(found), _LEGEND, _leans(found)]
+    blocks += [_table(found), _LEGEND, *_parts(found), _leans(found)]
     blocks += [lost] if (lost := _lost(found)) else []
     seen = [plain(each).replace("’", "'").replace("°", " deg") for each in exit_lines(found)]
     lines = [*registration_lines(found), *seen, *departures(found), *made_by(found.trials)]
@@ -152,6 +160,22 @@ def _table(found: Accuracy) -> str:
     columns = [*several, "s / L_na\n", "n\n", *runs, "\n%", "bias\nmm", "scatter\nmm", "angle\ndeg"]
     rows = [[*([each.robot.name] if several else []), *_row(found, each)] for each in found.places]
     return output.table(columns, rows, words=(0,) if several else ())
+
+
+def _parts(found: Accuracy) -> list[str]:
+    """Errors by how much of the robot is out, where that varies."""
+    rows = []
+    for place in found.places:
+        parts = {run: each.by_insertion() for run, each in place.errors.items()}
+        for k, (name, best) in enumerate(parts[found.best_known]):
+            per_run = [1e3 * value for each in parts.values() for value in (each[k][1].med, each[k][1].rmse)]
+            numbers = [output.fixed(value, 2) for value in (*per_run, 1e3 * _size(best.bias), 1e3 * best.scatter)]
+            rows.append([place.robot.name, f"{place.share:.3g}", name, str(len(best.vectors)), *numbers])
+    if not rows:
+        return []
+    runs = [f"{run}\n{name} mm" for run in map(_short, found.runs) for name in ("MED", "RMSE")]
+    columns = ["robot\n", "s / L_na\n", "out\n", "n\n", *runs, "bias\nmm", "scatter\nmm"]
+    return [output.table(columns, rows, words=(0,))]
 
 
 def _short(run: str) -> str:

@@ -8,7 +8,7 @@ compared, the model's with its offset.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,7 +16,8 @@ import numpy as np
 from ..errors import Fact, InvalidInput, one_of
 from ..robot import Robot
 from ..rotation import exp_so3, log_so3
-from .prediction import predict
+from .errorvectors import Errors
+from .prediction import Predictor
 from .registration import Registration, registered, registrations, without_offset, world_poses
 from .setup import Setup, places
 from .trial import Trial
@@ -25,62 +26,7 @@ WITH, WITHOUT = "gravity modelled", "gravity not modelled"
 ASKED = {"both": (WITHOUT, WITH), "with": (WITH,), "without": (WITHOUT,)}
 NO_ORIENTATION = "no orientation to take the offset off with"
 SAME_PLACE = 1e-6  # of the robot's length
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Errors:
-    """Measured minus model of n samples, in the world; SI.
-
-    model: (n, 3) m, the points that the model has. vectors: (n, 3) m. turns: (n, 3) rad, rotation vectors of measured
-    against model orientations, NaN where not known. exposed: (n,) m, length of the exposed robot.
-    """
-
-    model: np.ndarray
-    vectors: np.ndarray
-    turns: np.ndarray
-    exposed: np.ndarray
-
-    @property
-    def distances(self) -> np.ndarray:
-        """(n,) Euclidean, m."""
-        return np.linalg.norm(self.vectors, axis=1)
-
-    @property
-    def med(self) -> float:
-        """Maximum Euclidean distance, m: what the paper calls MED."""
-        return float(self.distances.max())
-
-    @property
-    def rmse(self) -> float:
-        """Root mean square distance, m; rmse^2 = |bias|^2 + scatter^2."""
-        return _root_mean_square(self.distances)
-
-    @property
-    def mae(self) -> float:
-        """Mean distance, m."""
-        return float(self.distances.mean())
-
-    @property
-    def share(self) -> float:
-        """Root mean square of distance over exposed length, where anything is exposed; dimensionless."""
-        out = self.exposed > 0.0
-        return _root_mean_square(self.distances[out] / self.exposed[out]) if out.any() else float("nan")
-
-    @property
-    def bias(self) -> np.ndarray:
-        """(3,) mean of the vectors, m: what all samples have in common."""
-        return self.vectors.mean(axis=0)
-
-    @property
-    def scatter(self) -> float:
-        """Root mean square distance from the mean vector, m."""
-        return _root_mean_square(np.linalg.norm(self.vectors - self.bias, axis=1))
-
-    @property
-    def angle_rms(self) -> float:
-        """Root mean square angle between measured and model orientation, rad; NaN where none is known."""
-        known = np.isfinite(self.turns).all(axis=1)
-        return _root_mean_square(np.linalg.norm(self.turns[known], axis=1)) if known.any() else float("nan")
+Watch = Callable[[int, int, str], None]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -160,14 +106,15 @@ class Accuracy:
 
 
 def accuracy(
-    trials: Sequence[Trial], *, robot: Robot | None = None, setup: Setup | None = None, gravity: str = "both"
-) -> Accuracy:
+    trials: Sequence[Trial], *, robot: Robot | None = None, setup: Setup | None = None, gravity: str = "both",
+    watch: Watch | None = None,
+) -> Accuracy:  # fmt: skip
     """Compare the used samples of ``trials`` with the model at their readings of tension, insertion and rotation.
 
     robot: the model's, None for that of ``setup``, and without one for that of each trial; trackers then sit at the
     same share of its length. gravity: "both", "with" or "without"; where no trial has any, there is one run without.
-    Trials that are not registered are, by `registered`. Raises `InvalidInput` where no sample can be compared,
-    `NotConverged` where the model has no equilibrium.
+    Trials that are not registered are, by `registered`. watch(done, of, what) is told of samples as they are
+    predicted. Raises `InvalidInput` where no sample can be compared, `NotConverged` where the model has no equilibrium.
     """
     trials = _checked(trials)
     runs = ASKED[one_of("gravity", gravity, ASKED)] if any(any(each.gravity) for each in trials) else (WITHOUT,)
@@ -179,9 +126,13 @@ def accuracy(
     if not any(each.compared.any() for each in views):
         lost = Counter(fate for each in views for fate in each.trial.fates[:, each.trial.on_robot].ravel())
         allowed = "of one or more used samples of a tracker on the robot"
+        if not any(np.isfinite(each.trial.position).any() for each in views):
+            allowed += "; no tracker has a position in them"
         raise InvalidInput("trials", dict(lost) or Fact("none"), allowed)
-    models = {run: predict(trials, setup if run == WITH else setup.weightless()) for run in runs}
-    for run, found in models.items():
+    for run in runs:
+        predictor = Predictor(trials)
+        predictor.watch = _part_of(watch, runs, run)
+        found = predictor(setup if run == WITH else setup.weightless())
         for i, view in enumerate(views):
             view.compare(run, found.position[i], found.rotation[i])
     return Accuracy(
@@ -192,6 +143,14 @@ def accuracy(
         places=tuple(_grouped(views, runs)),
         fates=tuple(each.counts() for each in views),
     )
+
+
+def _part_of(watch: Watch | None, runs: Sequence[str], run: str) -> Callable[[float, int], None] | None:
+    """Told of the samples of one run, tells of those of all."""
+    if watch is None:
+        return None
+    before = list(runs).index(run)
+    return lambda done, of: watch(round(done) + before * of, len(runs) * of, run)
 
 
 def _checked(trials: Sequence[Trial]) -> tuple[Trial, ...]:
@@ -265,13 +224,14 @@ def _place(robot: Robot, at: float, same: Sequence[tuple[int, _View]], here: Seq
     def gathered(take) -> np.ndarray:
         return np.concatenate([take(view, rows, columns) for _, view, rows, columns in chosen])
 
-    exposed = gathered(lambda view, rows, _: view.trial.insertion[rows] * robot.length_na)
+    insertion = gathered(lambda view, rows, _: view.trial.insertion[rows])
     measured = gathered(lambda view, rows, columns: view.measured[rows, columns])
     errors = {}
     for run in runs:
         model = gathered(lambda view, rows, columns, run=run: view.model[run][rows, columns])
         turns = gathered(lambda view, rows, columns, run=run: view.turns[run][rows, columns])
-        errors[run] = Errors(model=model, vectors=measured - model, turns=turns, exposed=exposed)
+        known = {"insertion": insertion, "length": robot.length_na}
+        errors[run] = Errors(model=model, vectors=measured - model, turns=turns, **known)
     return Place(
         robot=robot,
         at=float(at),
@@ -289,7 +249,3 @@ def _best_turn(points: np.ndarray, goals: np.ndarray) -> np.ndarray:
     """(3, 3) rotation that brings ``points`` nearest to ``goals`` (n, 3): Wahba's problem, by singular values."""
     U, _, Vt = np.linalg.svd(goals.T @ points)
     return U @ np.diag([1.0, 1.0, np.linalg.det(U @ Vt)]) @ Vt
-
-
-def _root_mean_square(values: np.ndarray) -> float:
-    return float(np.sqrt(np.mean(np.asarray(values) ** 2)))

@@ -17,11 +17,13 @@ from .identification import Fit, checked, identify
 from .names import across_gravity
 from .registration import registered
 from .setup import Setup, the_robot
+from .thinning import ordinal, thinned
 from .trial import Trial
 
 WORTH = 0.05  # of the squared error that is left, below which one more cause is not taken
 CHANCE = 1e-3  # that noise alone lets a cause seem worth as much
 MOST = 3  # causes taken together
+ENOUGH_POSES = 3000  # that tell causes apart as well as any more: of more, every k-th sample counts
 CAUSES = {  # what it is called -> numbers
     "tilted base": ("base_tilt_x", "base_tilt_y"),
     "turned base": ("base_roll",),
@@ -63,7 +65,8 @@ class Cause:
 class Diagnosis:
     """alone: each cause by itself, the most helpful first. together: causes added one after the other.
 
-    rmse: m, of the trials as they are, on ``count`` poses; ``outliers`` more are left out of all comparisons.
+    rmse: m, of the trials as they are, on ``count`` poses; ``outliers`` more are left out of all comparisons. every:
+    of the used samples only so many-th were looked at, 1 for all.
     """
 
     rmse: float
@@ -71,12 +74,19 @@ class Diagnosis:
     outliers: int
     alone: tuple[Cause, ...]
     together: tuple[Cause, ...]
+    every: int = 1
+
+    @property
+    def told_poses(self) -> str:
+        """Such as 2907 poses, of every 7th used sample."""
+        thin = "" if self.every == 1 else f", of every {ordinal(self.every)} used sample"
+        return f"{self.count} poses{thin}"
 
     @property
     def sentences(self) -> tuple[str, ...]:
         """The answer in words."""
         found = [each for each in self.alone if each.fit is not None and each.explained >= _least(each, self.count)]
-        said = [f"as the trials stand, the model's RMSE is {1e3 * self.rmse:.3g} mm on {self.count} poses"]
+        said = [f"as the trials stand, the model's RMSE is {1e3 * self.rmse:.3g} mm on {self.told_poses}"]
         said += [f"{each.name} alone ({each.told}) would explain {_share(each)}" for each in found[:3]]
         if not found:
             said.append("no single cause would explain 5 % of the squared error, or more than noise alone lets it")
@@ -92,9 +102,12 @@ class Diagnosis:
 def diagnose(trials: Sequence[Trial], setup: Setup | None = None, watch: Watch | None = None) -> Diagnosis:
     """What would explain the errors of ``trials`` against the model with ``setup``.
 
+    Of more than `ENOUGH_POSES` only every k-th used sample counts. watch(done, of, what) is told of each evaluation.
     Causes that the data cannot tell, or whose fit fails, are listed with the reason. Raises as `identify`.
     """
     setup, trials = setup or Setup(), registered(checked(trials))
+    every = -(-sum(int((each.kept & each.on_robot).sum()) for each in trials) // ENOUGH_POSES)
+    trials = tuple(thinned(each, every) for each in trials) if every > 1 else trials
     causes = {name: _determinable(numbers, trials, setup) for name, numbers in CAUSES.items()}
     causes = {name: numbers for name, numbers in causes.items() if numbers}
     tell = _Steps(watch, 2 + len(causes) + 3 * (MOST - 1))
@@ -105,7 +118,8 @@ def diagnose(trials: Sequence[Trial], setup: Setup | None = None, watch: Watch |
     rmse = base.rmse_before if base is not None else float("nan")
     count = sum(int((each.kept & each.on_robot).sum()) for each in clean)
     together = _together(alone, causes, clean, setup, tell, count) if base is not None else []
-    return Diagnosis(rmse=rmse, count=count, outliers=outliers, alone=tuple(alone), together=tuple(together))
+    causes_found = {"alone": tuple(alone), "together": tuple(together)}
+    return Diagnosis(rmse=rmse, count=count, outliers=outliers, every=max(1, every), **causes_found)
 
 
 def _determinable(numbers: tuple[str, ...], trials: Sequence[Trial], setup: Setup) -> tuple[str, ...]:
@@ -128,7 +142,7 @@ def _without_outliers(trials: Sequence[Trial], setup: Setup, tell: _Steps) -> tu
     tell("looking for outliers")
     for generous in (("base_tilt_x", "base_tilt_y", "base_x", "base_y", "base_z", "youngs_modulus"), ("base_tilt_y",)):
         try:
-            fit = identify(trials, generous, setup=setup)
+            fit = identify(trials, generous, setup=setup, watch=tell.within)
             break
         except TendonrodError:
             continue
@@ -145,7 +159,7 @@ def _without_outliers(trials: Sequence[Trial], setup: Setup, tell: _Steps) -> tu
 def _tried(name: str, numbers: tuple[str, ...], trials: tuple[Trial, ...], setup: Setup, tell: _Steps) -> Cause:
     tell(name)
     try:
-        fit = identify(trials, numbers, setup=setup, loss="squares")
+        fit = identify(trials, numbers, setup=setup, loss="squares", watch=tell.within)
     except InvalidInput as error:
         why = f"not to be had: {error.allowed.removeprefix('left out: ').removeprefix('fewer: ')}"
         return Cause(name=name, explained=0.0, rmse=float("nan"), fit=None, why=why)
@@ -215,12 +229,16 @@ def _share(cause: Cause) -> str:
 
 
 class _Steps:
-    """Counts the fits."""
+    """Counts the fits, and how far each is."""
 
     def __init__(self, watch: Watch | None, total: int) -> None:
-        self.watch, self.total, self.done = watch, total, 0
+        self.watch, self.total, self.done, self.what = watch, total, -1, ""
 
     def __call__(self, what: str) -> None:
+        self.done, self.what = min(self.done + 1, self.total - 1), what
+        self.within(0, 1)
+
+    def within(self, done: int, of: int, what: str = "") -> None:
+        """An evaluation in the fit at hand."""
         if self.watch is not None:
-            self.watch(min(self.done, self.total), self.total, what)
-        self.done += 1
+            self.watch(self.done * 100 + round(100.0 * done / of), self.total * 100, self.what)

@@ -1,4 +1,8 @@
-"""`Family`: equilibria of a robot that differ in what its tendons are driven with, and the sensors that ride on it."""
+"""`Family`: equilibria of a robot that differ in their commands, and the sensors that ride on it.
+
+A command is insertion, rotation, and what the tendons are driven with. Seen from the section at the exit, which the
+rotation turns, a rod hardly depends on it: `Family.unturned` takes off all that only turns or shifts the whole.
+"""
 
 from __future__ import annotations
 
@@ -21,16 +25,17 @@ _READINGS = ("tension_scale", "tension_zero", "displacement_zero")
 
 
 def family_key(trial: Trial, setup: Setup, names: Sequence[str]) -> Hashable:
-    """What trials must have in common to be one family, beside insertion and rotation."""
+    """What trials must have in common to be one family."""
     heavy = setup.tracker_mass > 0.0 or "tracker_mass" in names
     laden = [each for each in trial.trackers if each.on == ROBOT and (heavy or each.mass > 0.0)]
     return trial.robot, trial.gravity, tuple((each.mass, each.at, each.arm) for each in laden)
 
 
 class Family:
-    """Samples ``members`` (trial, rows) of ``trials`` at one insertion, rotation, gravity and set of masses.
+    """Samples ``members`` (trial, rows) of ``trials`` with one gravity, one set of masses and the same places out.
 
-    inputs (q, T): true tensions, N, or displacements, m, of all samples, member after member; readings likewise.
+    commands (q, 2 + T): insertion, rotation, and true tensions, N, or displacements, m, of all samples, member after
+    member; readings (q, T) likewise.
     """
 
     def __init__(
@@ -40,42 +45,42 @@ class Family:
         self.trials, self.setup, self.names, self.members = trials, setup, names, members
         self.robot, self.loads = setup.robot_of(first), setup.loads(first, names)
         self.gravity, self.pose = setup.gravity_of(first), setup.exit_pose
-        self.insertion, self.rotation = float(first.insertion[row]), float(first.rotation[row])
         self.pulled = ~np.isfinite(first.tensions[row])  # driven by displacement
         readings = [
             np.where(self.pulled, trials[i].displacements[rows], trials[i].tensions[rows]) for i, rows in members
         ]
         self.readings = np.concatenate(readings)
         tensions = np.maximum(0.0, setup.tension_scale * (self.readings - setup.tension_zero))
-        self.inputs = np.where(self.pulled, self.readings - setup.displacement_zero, tensions)
+        drive = np.where(self.pulled, self.readings - setup.displacement_zero, tensions)
+        held = [np.column_stack([trials[i].insertion, trials[i].rotation])[rows] for i, rows in members]
+        self.commands = np.column_stack([np.concatenate(held), drive])
         found = np.concatenate([places(trials[i], self.robot) for i, _ in members])
-        self.places = np.unique(found[found >= self._exit * (1.0 - 1e-9)])
+        inside = (1.0 - float(self.commands[:, 0].min())) * self.robot.length_na
+        self.places = np.unique(found[found >= inside * (1.0 - 1e-9)])
         self.made = {name: self._engine(name) for name in names}
         self.solves = 0
 
-    @property
-    def _exit(self) -> float:
-        return (1.0 - self.insertion) * self.robot.length_na
-
-    def solve(self, inputs: np.ndarray, start: Shape | None, **more) -> Shape:
-        """The equilibrium at (T,) inputs. Raises `NotConverged` that names the sample nearest to them."""
+    def solve(self, command: np.ndarray, start: Shape | None, **more) -> Shape:
+        """The equilibrium at a (2 + T,) command. Raises `NotConverged` that names the sample nearest to it."""
         self.solves += 1
+        insertion, rotation, inputs = float(command[0]), float(command[1]), command[2:]
         pulled = [float(x) if is_pulled else None for x, is_pulled in zip(inputs, self.pulled, strict=True)]
         drive = {"displacements": pulled} if self.pulled.any() else {}
-        s = np.clip(self.places - self._exit, 0.0, self.insertion * self.robot.length_na)
+        length = self.robot.length_na
+        s = np.clip(self.places - (1.0 - insertion) * length, 0.0, insertion * length)
         try:
             return solve(
-                self.robot, np.where(self.pulled, 0.0, inputs), self.gravity, insertion=self.insertion,
-                rotation=self.rotation, s=s, start=start, loads=self.loads, exit_pose=self.pose, **drive, **more,
+                self.robot, np.where(self.pulled, 0.0, inputs), self.gravity, insertion=insertion,
+                rotation=rotation, s=s, start=start, loads=self.loads, exit_pose=self.pose, **drive, **more,
             )  # fmt: skip
         except NotConverged as error:
-            status = f"{self._nearest(inputs)}: {str(error).partition('; reached')[0]}"
+            status = f"{self._nearest(command)}: {str(error).partition('; reached')[0]}"
             facts = {"load_factor": error.load_factor, "residual": error.residual, "advice": error.advice}
             raise NotConverged(status=status, **facts) from None
 
-    def _nearest(self, inputs: np.ndarray) -> str:
-        """The sample whose reading is nearest to what was solved with, in words."""
-        k = int(np.argmin(np.abs(self.inputs - inputs).sum(axis=1)))
+    def _nearest(self, command: np.ndarray) -> str:
+        """The sample whose command is nearest to what was solved with, in words."""
+        k = int(np.argmin(np.abs(self.commands - command).sum(axis=1)))
         i, row = [(i, row) for i, rows in self.members for row in rows.tolist()][k]
         told = ", ".join(f"{x:.4g}" for x in self.trials[i].tensions[row])
         return f"{self.trials[i].name}, sample {row + 1} ({told} N)"
@@ -101,6 +106,50 @@ class Family:
         for i, name in enumerate(inputs):
             found[:, 12 + 6 * (m + i) : 18 + 6 * (m + i)] = by[name]
         return found
+
+    def unturned(self, values: np.ndarray, commands: np.ndarray) -> np.ndarray:
+        """``values`` (q, places, …) at ``commands``, seen from the exit's section; without what moves the whole."""
+        found = values.copy()
+        found[..., :3] -= self._exit_place
+        self._take_whole(found, -1.0)
+        return self._turned(found, self._sections(commands).transpose(0, 2, 1))
+
+    def turned_back(self, values: np.ndarray, commands: np.ndarray) -> np.ndarray:
+        """The inverse of `unturned`."""
+        found = self._turned(values, self._sections(commands))
+        self._take_whole(found, 1.0)
+        found[..., :3] += self._exit_place
+        return found
+
+    @property
+    def _exit_place(self) -> np.ndarray:
+        return np.zeros(3) if self.pose is None else self.pose[:3, 3]
+
+    def _sections(self, commands: np.ndarray) -> np.ndarray:
+        """(q, 3, 3) the section's frame at the exit, in the world."""
+        about_z = exp_so3(commands[:, 1, None] * np.array([0.0, 0.0, 1.0]))
+        return about_z if self.pose is None else self.pose[:3, :3] @ about_z
+
+    @staticmethod
+    def _turned(values: np.ndarray, Q: np.ndarray) -> np.ndarray:
+        """A copy with all vectors and the frames turned by (q, 3, 3)."""
+        found, q = np.empty_like(values), len(values)
+        found[..., 3:12] = (Q[:, None] @ values[..., 3:12].reshape(q, -1, 3, 3)).reshape(q, -1, 9)
+        for part in (slice(0, 3), slice(12, None)):
+            vectors = values[..., part].reshape(q, -1, 3)
+            found[..., part] = (vectors @ Q.transpose(0, 2, 1)).reshape(found[..., part].shape)
+        return found
+
+    def _take_whole(self, values: np.ndarray, sign: float) -> None:
+        """Add to the columns, ``sign`` times, how numbers of the base move the body as a whole; p from the exit."""
+        for j, name in enumerate(self.names):
+            column = values[..., 12 + 6 * j : 18 + 6 * j]
+            if name in ("base_x", "base_y", "base_z"):
+                column[..., _AXES[name[-1]]] += sign
+            elif name in _TURNS:
+                turn = left_jacobian_so3(self.setup.base_turn)[:, _TURNS[name]]
+                column[..., :3] += sign * np.cross(turn, values[..., :3])
+                column[..., 3:] += sign * turn
 
     def _engine(self, name: str) -> list[tuple[str, float]]:
         """What a number is made of in `Shape.jacobian`: (input, factor)."""

@@ -18,5 +18,5 @@ def posture(trial: Trial, sample: int, setup: Setup | None = None) -> Shape:
     Friction holds on to nothing from the samples before. Raises `NotConverged` where there is no equilibrium.
     """
     family = Family((trial,), setup or Setup(), (), [(0, np.array([sample]))])
-    shape = family.solve(family.inputs[0], None)
+    shape = family.solve(family.commands[0], None)
     return shape.at(np.linspace(0.0, shape.length, SECTIONS)) if shape.length > 0.0 else shape

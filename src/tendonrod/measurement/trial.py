@@ -26,6 +26,7 @@ REPEATED_TIME = "time repeated or out of order"
 NO_DRIVE = "neither tension nor displacement"
 NO_PLACE = "no insertion or rotation"
 RETRACTED = "tracker inside the outer tube"
+LEFT_OUT = "left out to thin the trial"  # also the state of such a sample
 ROBOT, BASE = "robot", "base"
 EXPOSED = 1e-6  # m, of the robot, below which all of it counts as inside
 UNIT = 1e-3  # by how much the length of a quaternion may be off
@@ -231,7 +232,8 @@ class Trial:
             hidden = self.places < (1.0 - self.insertion[:, None]) * length * (1.0 - 1e-9)
             hidden |= self.insertion[:, None] * length < EXPOSED
             poor = self.quality > (np.inf if self.quality_limit is None else self.quality_limit)
-        reasons = (  # the first stands in the end
+        reasons = (  # the last stands in the end
+            (LEFT_OUT, self.state == LEFT_OUT),
             (RETRACTED, np.logical_and(self.on_robot, hidden)),
             (NO_PLACE, self.on_robot & np.isnan(self.insertion + self.rotation)[:, None]),
             (NO_DRIVE, self.on_robot & (~driven).any(axis=1, keepdims=True)),

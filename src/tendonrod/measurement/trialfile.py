@@ -79,12 +79,12 @@ def write_trial(trial: Trial, path: str | PathLike[str]) -> None:
     dataset = to_dataset(trial)
     numeric = {name: each for name, each in dataset.variables.items() if each.dtype.kind in "fi"}
     plain = {name: {"_FillValue": None, "fletcher32": bool(each.dims)} for name, each in numeric.items()}
-    content = _netcdf(dataset, plain)
+    content = netcdf_bytes(dataset, plain)
     with complete("trial file", target) as draft:
         draft.write_bytes(content)
 
 
-def _netcdf(dataset: xr.Dataset, encoding: dict[Any, Any]) -> bytes:
+def netcdf_bytes(dataset: xr.Dataset, encoding: dict[Any, Any]) -> bytes:
     """The file's bytes, made in memory: HDF5 takes the process down where it closes a file on a disk that is full."""
     import h5netcdf
     from xarray.backends import H5NetCDFStore

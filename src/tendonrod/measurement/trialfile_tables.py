@@ -23,6 +23,7 @@ FATES = (  # in the order of their numbers on file
     fates.NO_DRIVE,
     fates.NO_PLACE,
     fates.RETRACTED,
+    fates.LEFT_OUT,
 )
 LABELS = {"axis": ("x", "y", "z"), "plane": ("x", "y"), "quaternion": ("w", "x", "y", "z")}
 PLACES = (ROBOT, BASE)

@@ -67,13 +67,13 @@ class Rates(RateBody):
 
 
 class Stop(Message):
-    """Stop at once. Anybody may, operator or not."""
+    """Stop at once. Anybody may; if it was not the operator, control must be taken again before anything moves."""
 
     type: Literal["stop"] = "stop"
 
 
 class Reset(Message):
-    """Robot retracted and straight, the tube where the session began, targets not reached."""
+    """Robot retracted at once, without tension, the outer tube where it is; the targets reached are forgotten."""
 
     type: Literal["reset"] = "reset"
 

@@ -14,7 +14,7 @@ from ..rig.benches import BenchSource, as_source
 from ..rig.drives import Machine
 from ..rig.ending import leave_slack
 from ..rig.guarded import GuardedBench
-from ..rig.interfaces import STILL, Clock, Sample
+from ..rig.interfaces import STILL, Sample
 from ..rig.loop import drive, prepare
 from ..rig.states import FaultKind, State
 from ..rig.trials import RATE, limits_of
@@ -43,7 +43,7 @@ class BenchDrive:
         self._period, self._length = 1.0 / positive("rate", rate), scenario.robot.section.L
         limits, strain = limits_of(source, rate)
         self._bench = GuardedBench(source.open(seed), limits, strain)
-        self._lock, self._closed = threading.Lock(), False
+        self._lock, self._closed, self._broken = threading.Lock(), False, ""
         try:
             self._task = self._prepared(scenario)
             self._due = self._bench.clock.now()
@@ -73,15 +73,10 @@ class BenchDrive:
         self._task.coupled = on
 
     @property
-    def clock(self) -> Clock:
-        """The bench's."""
-        return self._bench.clock
-
-    @property
     def fault(self) -> str:
-        """The interlock's first fault, a sentence; "" where there is none."""
+        """The interlock's first fault, or what broke the loop, a sentence; "" where there is none."""
         fault = self._bench.interlock.fault
-        return "" if fault is None else f"the bench stopped: {fault}"
+        return self._broken if fault is None else f"the bench stopped: {fault}"
 
     def advance(self, jog: Jog, dt: float) -> Posture:
         """Steer at ``jog`` for ``dt`` s of the bench's time, and give what it measured then."""
@@ -127,7 +122,11 @@ class BenchDrive:
 
     def _loop(self) -> None:
         """The bench's own loop, until the task is finished or a fault has settled."""
-        drive(self._bench, self._task, rate=1.0 / self._period, watch=lambda moment: self._look(moment.sample))
+        try:
+            drive(self._bench, self._task, rate=1.0 / self._period, watch=lambda moment: self._look(moment.sample))
+        except Exception as error:  # noqa: BLE001 - a thread that dies must be told, and leaves the axes to stop
+            self._broken = f"the bench's loop broke: {type(error).__name__}: {error}"
+            self._bench.interlock.emergency(self._broken)
 
     def _run_period(self) -> None:
         """One period of the bench, as `rig.loop.drive` runs them."""

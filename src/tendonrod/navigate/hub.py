@@ -6,12 +6,14 @@ import asyncio
 import logging
 from collections import deque
 from collections.abc import Mapping, Sequence
+from math import inf
 from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel, ValidationError
 
 from ..errors import TendonrodError
 from . import asked, told
+from .dead_man import DEADLINE
 from .messages import CLIENT, LARGEST
 from .ration import Ration
 from .seat import Seat
@@ -30,21 +32,39 @@ BAD, BUSY = 1008, 1013  # WebSocket close codes: policy violated, try again late
 
 
 class Client:
-    """One connected page."""
+    """One connected page. must_let_go: whether what it holds moves nothing until it was let go once."""
 
     def __init__(self, name: str) -> None:
         self.name, self.wake = name, asyncio.Event()
         self.waiting: deque[str] = deque()
         self.state: str | None = None
-        self.seq = -1
+        self.seq, self.jogged = -1, -inf
+        self.is_holding = self.must_let_go = False
         self.closing: tuple[int, str] | None = None
         self.messages, self.faults = Ration(PER_SECOND, BURST), Ration(FAULTS_PER_SECOND, FAULTS)
 
     def tell(self, message: BaseModel | str) -> None:
+        if self.closing is not None:
+            return
         self.waiting.append(message if isinstance(message, str) else message.model_dump_json())
         if len(self.waiting) > MOST_WAITING:
             self.send_away(BUSY, "too slow")
         self.wake.set()
+
+    def holds(self, jog: asked.Jog, now: float) -> bool:
+        """Whether ``jog``, heard at ``now`` (s), is one to move by: newer than the last, and let go since a stop.
+
+        A pause of `DEADLINE` counts as letting go, for clients that just fall silent.
+        """
+        is_new, paused = jog.seq > self.seq, now - self.jogged > DEADLINE
+        self.seq, self.jogged = max(self.seq, jog.seq), now
+        self.is_holding = jog.hold
+        self.must_let_go = self.must_let_go and jog.hold and not paused
+        return jog.hold and is_new and not self.must_let_go
+
+    def stop(self) -> None:
+        """What it holds now moves nothing any more."""
+        self.must_let_go = self.is_holding
 
     def show(self, state: str) -> None:
         """The newest state takes the place of one that was not sent yet."""
@@ -166,7 +186,8 @@ class Hub:
             case asked.Ping():
                 client.tell(told.Pong(id=message.id))
             case asked.Stop():
-                service.stop(f"stopped by {who}")
+                client.stop()
+                service.stopped_by(who)
             case asked.Take():
                 service.take(who)
             case asked.Release():
@@ -174,6 +195,7 @@ class Hub:
             case asked.Rates():
                 service.set_rates(who, message)
             case _:
+                client.stop()
                 await asyncio.wrap_future(self._change(who, message))
 
     def _change(self, who: str, message: Any) -> Any:
@@ -195,14 +217,11 @@ class Hub:
 
     def _jog(self, client: Client, jog: asked.Jog) -> None:
         """Older ones than the newest are dropped; letting go needs no order."""
-        if not jog.hold:
-            client.seq = max(client.seq, jog.seq)
-            if self.service.seat.has(client.name):
-                self.service.let_go()
-            return
-        if jog.seq > client.seq:
-            client.seq = jog.seq
+        has = self.service.seat.has(client.name)
+        if client.holds(jog, self.service.pilot.clock()) or (jog.hold and not has):
             self.service.jog(client.name, jog)
+        elif has and not jog.hold:
+            self.service.let_go()
 
     def _refuse(self, client: Client, text: str, is_fault: bool = True) -> None:
         """Whatever is refused moves nothing, and stops what its sender was moving.
@@ -210,6 +229,7 @@ class Hub:
         is_fault: whether a page as it should be would never have sent this; one that jogs on into a replay may.
         """
         if self.service.seat.has(client.name):
+            client.stop()
             self.service.stop("stopped: a message was refused")
         client.tell(told.Error(text=text[:400]))
         if is_fault and not client.faults.spend():

@@ -77,10 +77,11 @@ def move(scenario: Scenario, body: Body, goal: Posture) -> Travel:
     """
     start, parts, snapped = body.posture, strides(scenario, body.posture, goal), 0.0
     for k in range(1, parts + 1):
-        travel = _stride(scenario, body, start.towards(goal, k / parts))
+        part = start.towards(goal, k / parts)
+        travel = _stride(scenario, body, part)
         if travel.refused:
-            eased = withdrawal(travel.body.posture, goal)
-            alone = travel if eased in (travel.body.posture, goal) else _snap(scenario, travel, eased, inf)
+            eased = withdrawal(travel.body.posture, part)
+            alone = travel if eased in (travel.body.posture, part) else _snap(scenario, travel, eased, inf)
             return replace(alone, refused=travel.refused, snapped=max(snapped, alone.snapped))
         body, snapped = travel.body, max(snapped, travel.snapped)
     return Travel(body=body, snapped=snapped)

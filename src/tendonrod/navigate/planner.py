@@ -138,7 +138,12 @@ class _Search:
         miss, clearance = self.facts(candidates)
         lack = sum(np.maximum(0.0, ROOM - room) for name, room in clearance.items() if name != self.without)
         cost = np.maximum(0.0, miss / self.target.tolerance - CLOSE) + 2.0 * lack / ROOM
-        return np.where(np.isfinite(cost), cost, FAILED)
+        return np.where(np.isfinite(cost) & self.has_room(candidates), cost, FAILED)
+
+    def has_room(self, candidates: np.ndarray) -> np.ndarray:
+        """(m,) whether the exit is clear of every wall, the structure left out included: a session begins there."""
+        exits = np.array([self.tube(each).position for each in candidates])
+        return self.scenario.surface.distance(exits)[0] - self.scenario.outer_radius >= ROOM
 
     def facts(self, candidates: np.ndarray) -> tuple[np.ndarray, dict[str, np.ndarray]]:
         """(m,) how far the tip misses, NaN where no shape was found, and (m,) least clearance of each structure."""

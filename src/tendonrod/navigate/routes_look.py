@@ -79,7 +79,10 @@ def record(service: TheService, name: Annotated[str | None, Query(max_length=100
     if path is None:
         raise HTTPException(404, "nothing is being recorded")
     kind = {"Content-Disposition": f'attachment; filename="{path.name}"'}
-    return Response(path.read_bytes(), media_type="application/x-ndjson", headers=kind)
+    try:
+        return Response(path.read_bytes(), media_type="application/x-ndjson", headers=kind)
+    except OSError as error:
+        raise HTTPException(404, f"{path.name}: {error.strerror}") from None
 
 
 @api.get("/messages", summary="JSON schema of the messages on /ws")

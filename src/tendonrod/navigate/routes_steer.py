@@ -68,9 +68,14 @@ async def release(body: asked.Nothing, service: TheService, who: Who) -> None:
 
 
 @api.post("/stop", summary="Stop at once", status_code=204)
-async def stop(body: asked.Nothing, service: TheService) -> None:
-    """Needs no control."""
-    service.stop("stopped by a script")
+async def stop(
+    body: asked.Nothing,
+    service: TheService,
+    scripts: Annotated[Scripts, Depends(_scripts)],
+    key: Annotated[str, Header(alias="X-Key", description="From /api/take")] = "",
+) -> None:
+    """Needs no control. Without the key of who has it, control must be taken again before anything moves."""
+    service.stopped_by(scripts.names.get(key, "a script"))
 
 
 @api.post("/step", response_model=told.State, summary="Move for a while, in real time")

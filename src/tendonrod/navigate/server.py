@@ -73,7 +73,7 @@ def serve(
         ws_max_size=LARGEST_FRAME, ws_per_message_deflate=False, ws_ping_interval=5.0, ws_ping_timeout=10.0,
         timeout_graceful_shutdown=PATIENCE,
     )  # fmt: skip
-    server = _Server(config, ending or Ending())
+    server = _Server(config, ending or Ending(), service.end)
     before = sys.getswitchinterval()
     sys.setswitchinterval(SWITCH)
     try:
@@ -86,14 +86,19 @@ def serve(
 
 
 class _Server(uvicorn.Server):
-    """Leaves the signals to `_ended_by_signals`; uvicorn would raise them once more at its end."""
+    """Leaves the signals to `_ended_by_signals`; uvicorn would raise them once more at its end.
 
-    def __init__(self, config: uvicorn.Config, ending: Ending) -> None:
+    stand: called as soon as the end is asked for, before open connections are waited for, which may be in motion.
+    """
+
+    def __init__(self, config: uvicorn.Config, ending: Ending, stand: Callable[[], None]) -> None:
         super().__init__(config)
-        self.ending, ending.server = ending, self
+        self.ending, self.stand, ending.server = ending, stand, self
 
     async def on_tick(self, counter: int) -> bool:
         self.should_exit = self.should_exit or self.ending.is_asked
+        if self.should_exit:
+            self.stand()
         return await super().on_tick(counter)
 
     @contextlib.contextmanager

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from .session import Session
 
 Tell = Callable[[told.Event | told.Settings], None]
+ENDING = "the server ends"
 
 
 class Refused(InvalidInput):
@@ -51,6 +52,7 @@ class Service:
         records: Records | None = None,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
+        self.is_ending = False
         self.records: Records | None = records
         self.record: Path | None = None
         self.seat, self.rates = Seat(clock), Rates()
@@ -98,6 +100,21 @@ class Service:
         if did:
             self.event("info", why)
 
+    def stopped_by(self, who: str) -> None:
+        """``who`` wants everything to stand. Where that is not the operator, control is lost: whoever holds a key or
+        runs a script would move on with the next command.
+        """
+        self.stop(f"stopped by {who}")
+        holder = self.seat.holder
+        if holder is not None and holder != who:
+            self._unseat(holder, f"stopped by {who}, take control to go on")
+
+    def end(self) -> None:
+        """Nothing moves any more: the server ends."""
+        if not self.is_ending:
+            self.is_ending = True
+            self.stop("the server ends: stopped")
+
     def let_go(self) -> None:
         """Nothing moves from now on, and nobody needs to be told."""
         self.pilot.dead_man.let_go()
@@ -107,16 +124,14 @@ class Service:
         if not self.seat.has(who):
             return
         self.stop(f"{why}: stopped")
-        self.seat.leave(who)
-        self.event("info", f"{who}: {why}")
-        self.control_changed()
+        self._unseat(who, why)
 
     # ---- what needs control
 
     def take(self, who: str) -> None:
         """Raises `Refused` while somebody else has control and is there."""
         before = self.seat.holder
-        if reason := self.seat.take(who):
+        if reason := ENDING if self.is_ending else self.seat.take(who):
             raise Refused(reason)
         if before != who:
             self.pilot.dead_man.let_go()
@@ -189,8 +204,13 @@ class Service:
         self.tell(told.Event.model_validate({"severity": severity, "text": text, "time": now}))
 
     def _needs_control(self, who: str) -> None:
-        if reason := self.seat.refusal(who):
+        if reason := ENDING if self.is_ending else self.seat.refusal(who):
             raise Refused(reason)
+
+    def _unseat(self, who: str, why: str) -> None:
+        self.seat.leave(who)
+        self.event("info", f"{who}: {why}")
+        self.control_changed()
 
     def _change(self, who: str, work: Callable[[Session], Any], text: str, settings: bool = False) -> Future[Any]:
         self._needs_control(who)

@@ -6,7 +6,7 @@ run more than `LEAD` ahead of what was measured, so that a robot that is held ba
 
 from __future__ import annotations
 
-from math import radians
+from math import nan, radians
 
 from ..rig.drives import TURN, Machine
 from ..rig.interfaces import Command, Sample
@@ -27,7 +27,7 @@ class Teleoperate(Staged):
     def __init__(self, machine: Machine, limits: NavigationLimits, coupled: bool = True) -> None:
         super().__init__(machine, None, TOLERANCE)
         self.limits, self.coupled, self.target = limits, coupled, 0.0
-        self._jog, self._left, self._turned, self._moves = STAND, 0.0, 0.0, False
+        self._jog, self._left, self._turned, self._moves = STAND, 0.0, nan, False
         self._in_phases({Phase.FOLLOW: self._following})
 
     def steer(self, jog: Jog, time: float = DEAD_MAN) -> None:
@@ -45,16 +45,17 @@ class Teleoperate(Staged):
         return max(value, 0.0) if value == value else 0.0
 
     def section_rotation(self, sample: Sample) -> float:
-        """Of the section frame at the exit, rad."""
+        """Of the section frame at the exit, rad; full turns of the motor that it began with do not count."""
+        if self._turned != self._turned:
+            self._turned = TURN * round((sample.rotation.position - self._along(sample)) / TURN)
         return sample.rotation.position - self._along(sample) - self._turned
 
     def _along(self, sample: Sample) -> float:
         """Motor's angle of follow-the-leader motion at this insertion, rad."""
         return self.machine.turn(self._insertion(sample), 0.0)
 
-    def _begin(self, sample: Sample) -> None:
-        super()._begin(sample)
-        self._turned = TURN * round((sample.rotation.position - self._along(sample)) / TURN)
+    def _share(self) -> float:
+        return nan  # only the operator knows how much is left, so that the loop never takes a rest for being stuck
 
     def _following(self, sample: Sample, dt: float) -> Command:
         jog = self._jog if self._left > 0.0 else STAND

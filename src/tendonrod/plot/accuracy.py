@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..measurement.accuracy import WITH, WITHOUT, Accuracy, Place
+from ..measurement.errorvectors import VARIES
 from ..measurement.posture import posture
 from ..robot import Robot
 from ..rotation import exp_so3
@@ -27,6 +28,7 @@ MODEL: dict[str, dict[str, Any]] = {
     WITHOUT: {"color": VERMILION, "ls": (0, (3.5, 1.5)), "lw": 1.2},
 }
 LEAST_SPAN = 1.0  # mm, of an axis of coordinates: less is noise
+MOST_DRAWN = 1500  # samples of a place that are drawn one by one
 
 
 def components_figure(found: Accuracy, robot: Robot | None = None) -> Figure:
@@ -86,8 +88,9 @@ def error_figure(found: Accuracy, robot: Robot | None = None) -> Figure:
         figure.subplots_adjust(0.075, 0.15, 0.985, 0.82, 0.1)
         for letter, axes, run in zip("ab", grid[0], found.runs, strict=False):
             for place, colour in zip(shown, _colours(shown), strict=True):
-                axes.plot(drive(place)[0], MM * place.errors[run].distances, ls="", marker=".", color=colour, ms=4.0)
-                axes.axhline(MM * place.errors[run].rmse, color=colour, lw=0.8)
+                dots: dict[str, Any] = {"ls": "", "marker": ".", "color": colour, "ms": 4.0} | faint(place.n)
+                axes.plot(drive(place)[0], MM * place.errors[run].distances, **dots)
+                axes.axhline(MM * place.errors[run].rmse, color=colour if not many(place.n) else INK, lw=0.8)
             titled(axes, letter, f"measured − model, {run}")
             labelled(axes, drive(shown[0])[1], "error (mm)" if letter == "a" else "")
             axes.set_ylim(0.0)
@@ -128,7 +131,13 @@ def bias_figure(found: Accuracy, robot: Robot | None = None) -> Figure:
 
 
 def drive(place: Place) -> tuple[np.ndarray, str]:
-    """(n,) what the samples of a place are drawn against, and its name: tension, pulled length, or their number."""
+    """(n,) what the samples of a place are drawn against, and its name.
+
+    Insertion where it varies, else tension, pulled length, or their number.
+    """
+    insertion = next(iter(place.errors.values())).insertion
+    if np.ptp(insertion) > VARIES:
+        return 100.0 * insertion, "insertion (%)"
     if place.tensions.shape[1] == 1 and np.isfinite(place.tensions).all():
         return place.tensions[:, 0], "tension τ (N)"
     if place.displacements.shape[1] == 1 and np.isfinite(place.displacements).all():
@@ -145,15 +154,26 @@ def _places(found: Accuracy, robot: Robot | None) -> tuple[Place, ...]:
     return found.of(found.robots[0] if robot is None else robot)
 
 
+def many(n: int) -> dict[str, Any]:
+    """How to draw n samples: too many to tell apart become pixels, for a page that still opens."""
+    return {"rasterized": True} if n > MOST_DRAWN else {}
+
+
+def faint(n: int) -> dict[str, Any]:
+    """How to draw n dots: of many, such that they darken where they are dense."""
+    return {"rasterized": True, "ms": 2.0, "alpha": 0.25, "mew": 0.0} if n > MOST_DRAWN else {}
+
+
 def _colours(places: Sequence[Place]) -> list[str]:
     return [COLOURS[k % len(COLOURS)] for k in range(len(places))]
 
 
 def _component(axes: Axes, found: Accuracy, place: Place, values: np.ndarray, k: int) -> None:
     order = np.arange(place.n) if place.robot.friction.any() else np.argsort(values, kind="stable")
-    axes.plot(values, MM * place.measured[:, k], ls="", marker="o", ms=2.4, mfc=PALE, mec=QUIET, mew=0.4)
+    dots: dict[str, Any] = {"ls": "", "marker": "o", "ms": 2.4, "mfc": PALE, "mec": QUIET, "mew": 0.4}
+    axes.plot(values, MM * place.measured[:, k], **dots | many(place.n))
     for run in found.runs:
-        axes.plot(values[order], MM * place.errors[run].model[order, k], **MODEL[run])
+        axes.plot(values[order], MM * place.errors[run].model[order, k], **MODEL[run], **many(place.n))
     low, high = axes.get_ylim()
     if high - low < LEAST_SPAN:
         axes.set_ylim(0.5 * (low + high - LEAST_SPAN), 0.5 * (low + high + LEAST_SPAN))

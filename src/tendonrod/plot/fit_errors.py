@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..measurement.errorvectors import VARIES
 from ..measurement.identification import Fit
+from .accuracy import faint, many
 from .style import BLUE, COLOURS, INK, MM, PALE, QUIET, VERMILION, labelled, new_figure, styled, titled
 
 if TYPE_CHECKING:
@@ -100,8 +102,14 @@ def _before(fit: Fit) -> np.ndarray:
 
 
 def _drive(fit: Fit) -> tuple[np.ndarray, str]:
-    """(N,) what poses are drawn against, and its name: tension, pulled length, or their number in the trial."""
+    """(N,) what poses are drawn against, and its name.
+
+    Insertion where it varies, else tension, pulled length, or their number in the trial.
+    """
     rows = [(fit.trials[i], row) for i, row, _ in fit.where]
+    insertion = np.array([each.insertion[row] for each, row in rows])
+    if np.ptp(insertion) > VARIES:
+        return 100.0 * insertion, "insertion (%)"
     if all(each.robot.n_tendons == 1 for each in fit.trials):
         tension = np.array([each.tensions[row, 0] for each, row in rows])
         if np.isfinite(tension).all():
@@ -117,13 +125,13 @@ def _component(axes: Axes, fit: Fit, place: TrackedPlace, values: np.ndarray, pa
     measured, before, after = paths
     used = fit.used[place.rows]
     kept, lost = place.rows[used], place.rows[~used]
-    axes.plot(values[kept], MM * measured[kept], ls="", marker="o", ms=2.4, mfc=PALE, mec=QUIET, mew=0.4)
+    axes.plot(values[kept], MM * measured[kept], ls="", marker="o", ms=2.4, mfc=PALE, mec=QUIET, mew=0.4, **_many(fit))
     for i in np.unique(fit.where[place.rows, 0]):
         rows = place.rows[fit.where[place.rows, 0] == i]
         rubs = fit.setup.robot_of(fit.trials[i]).friction.any()
         rows = rows if rubs else rows[np.argsort(values[rows], kind="stable")]
-        axes.plot(values[rows], MM * before[rows], **BEFORE)
-        axes.plot(values[rows], MM * after[rows], **AFTER)
+        axes.plot(values[rows], MM * before[rows], **BEFORE, **_many(fit))
+        axes.plot(values[rows], MM * after[rows], **AFTER, **_many(fit))
     low, high = axes.get_ylim()
     if high - low < LEAST_SPAN:
         low, high = 0.5 * (low + high - LEAST_SPAN), 0.5 * (low + high + LEAST_SPAN)
@@ -161,7 +169,7 @@ def _normal(axes: Axes, fit: Fit, found: Sequence[TrackedPlace]) -> None:
     axes.plot(expected, expected, color=QUIET, lw=1.0, label=f"noise {said}")
     axes.plot(expected, fit.scale * expected, color=INK, lw=0.9, ls=(0, (1, 1.2)), label=f"{fit.scale:.2f} times it")
     colours = np.array(_colours(found))[which[order]]
-    axes.scatter(expected, flat[order], s=5.0, c=colours.tolist(), lw=0.0)
+    axes.scatter(expected, flat[order], s=5.0, c=colours.tolist(), lw=0.0, **_many(fit))
     labelled(axes, "of the normal distribution", "error / noise")
     titled(axes, "a", "errors against normal noise")
     axes.legend(loc="upper left")
@@ -173,10 +181,15 @@ def _error_component(axes: Axes, fit: Fit, found: Sequence[TrackedPlace], values
     axes.axhline(0.0, color=QUIET, lw=0.6)
     for each, colour in zip(found, _colours(found), strict=True):
         kept = each.rows[fit.used[each.rows]]
-        axes.plot(values[kept], errors[kept], ls="", marker=".", ms=3.5, color=colour)
+        dots: dict[str, Any] = {"ls": "", "marker": ".", "ms": 3.5, "color": colour}
+        axes.plot(values[kept], errors[kept], **dots | faint(len(fit.where)))
     lost = ~fit.used
     axes.plot(values[lost], np.clip(errors[lost], -bound, bound), **_LOST)
     axes.set_ylim(-bound, bound)
+
+
+def _many(fit: Fit) -> dict[str, Any]:
+    return many(len(fit.where))
 
 
 def _colours(found: Sequence[TrackedPlace]) -> list[str]:

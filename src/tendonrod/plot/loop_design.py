@@ -11,7 +11,8 @@ import numpy as np
 from ..errors import InvalidInput, numbers
 from ..rig.control import KI, KP
 from ..rig.design import Loop, phase_margin
-from .style import BLUE, COLOURS, INK, MM, QUIET, VERMILION, WIDTH, labelled, new_figure, styled, titled
+from .bench_lines import band, line, look
+from .style import BLUE, INK, MM, QUIET, VERMILION, WIDTH, labelled, new_figure, styled, titled
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
 
 DASHES = ("-", (0, (4, 1.6)), (0, (1.2, 1.2)))
 SMOOTHED = 0.25  # s
+EARLY, FEW, MOST = 6.0, 100, 4  # s, bins, traces of one figure
+_ERROR = r"$\tau_{FTL} - \tau$ (mN)"
 LAGS = np.linspace(0.0, 0.04, 41)  # s
 
 
@@ -63,35 +66,51 @@ class Trace:
 
 
 def comparison_figure(traces: Mapping[str, Trace]) -> Figure:
-    """Runs of one profile, such as PI and PI + feed-forward: tension, error, speed over insertion.
+    """Runs of one profile, such as PI and PI + feed-forward: error of each, their means, their first seconds.
 
-    Thin: every sample; thick: running means. rms and largest errors are those of the samples. Raises `InvalidInput`.
+    rms and largest errors are those of the samples. Raises `InvalidInput` for none, or more than a row holds.
     """
-    if not traces:
-        raise InvalidInput("traces", traces, "one Trace or more by name")
+    if not 1 <= len(traces) <= MOST:
+        raise InvalidInput("traces", list(traces), f"1 to {MOST} Traces by name")
     with styled():
-        figure = new_figure(5.6)
-        panels: Any = figure.subplots(3, 1, sharex=True, height_ratios=(1.3, 1.0, 1.0))
-        figure.subplots_adjust(left=0.09, right=0.985, top=0.95, bottom=0.075, hspace=0.38)
-        for k, (name, trace) in enumerate(traces.items()):
-            look, raw = {"color": COLOURS[k % len(COLOURS)], "lw": 1.1}, {"alpha": 0.25, "lw": 0.4}
-            told = f"{name}: rms {MM * trace.rms:.3g} mN, largest {MM * trace.largest:.3g} mN"
-            drawn = ((trace.tension, name), (MM * trace.error, told), (MM * trace.velocity, None))
-            for axes, (values, label) in zip(panels, drawn, strict=True):
-                axes.plot(trace.insertion, values, **look | raw)
-                axes.plot(trace.insertion, trace.smoothed(values), label=label, **look, zorder=3)
-        first = next(iter(traces.values()))
-        panels[0].plot(first.insertion, first.target, color=INK, lw=0.8, zorder=4, label=r"profile $\tau_{FTL}(\eta)$")
-        for axes, letter, title, name in zip(
-            panels, "abc", ("tension", "error", "translation"), ("τ (N)", "τ_FTL − τ (mN)", "velocity (mm/s)"),
-            strict=True,
-        ):  # fmt: skip
-            titled(axes, letter, title)
-            labelled(axes, "", name.replace("τ_FTL", r"$\tau_{FTL}$"))
-        panels[2].set_xlabel("insertion η")
-        for axes in panels[:2]:
-            axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.99), ncols=len(traces) + 1)
+        figure, names = new_figure(6.2), list(traces)
+        grid: Any = figure.add_gridspec(3, 2, left=0.085, right=0.985, top=0.955, bottom=0.07, hspace=0.42, wspace=0.2)
+        row = grid[0, :].subgridspec(1, len(names), wspace=0.08).subplots(sharey=True, squeeze=False)[0]
+        for axes, letter, name in zip(row, "abcd", names, strict=False):
+            _scatter(axes, traces[name])
+            titled(axes, letter, f"{name}: error")
+        means, early, speed = (figure.add_subplot(place) for place in (grid[1, :], grid[2, 0], grid[2, 1]))
+        for k, trace in enumerate(traces.values()):
+            _beside(means, early, speed, trace, look(k, names))
+        letters = "abcdefg"[len(names) :]
+        titled(means, letters[0], "means of the error over the insertion")
+        titled(early, letters[1], f"the first {EARLY:g} s: error")
+        titled(speed, letters[2], f"the first {EARLY:g} s: translation")
+        for axes in (*row, means):
+            labelled(axes, "insertion η", _ERROR if axes in (row[0], means) else "")
+        labelled(early, "time (s)", _ERROR)
+        labelled(speed, "time (s)", "velocity (mm/s)")
+        means.legend(loc="upper right", ncols=len(names))
     return figure
+
+
+def _scatter(axes: Axes, trace: Trace) -> None:
+    """Band and means of the error's readings."""
+    band(axes, [trace.insertion], [MM * trace.error])
+    axes.plot(*line(trace.insertion, MM * trace.error), color=INK, lw=0.8)
+    told = f"rms {MM * trace.rms:.1f} mN, largest {MM * trace.largest:.1f} mN"
+    axes.text(0.985, 0.98, told, size=7.5, ha="right", va="top", transform=axes.transAxes)
+    axes.margins(y=0.22)
+
+
+def _beside(means: Axes, early: Axes, speed: Axes, trace: Trace, style: dict[str, Any]) -> None:
+    """One trace in the panels that all share."""
+    means.plot(*line(trace.insertion, MM * trace.error, FEW), **style)
+    is_early = trace.time <= trace.time[0] + EARLY
+    for axes, values in ((early, trace.error), (speed, trace.velocity)):
+        axes.plot(trace.time[is_early] - trace.time[0], MM * trace.smoothed(values)[is_early], **style)
+    for axes in (means, early):
+        axes.axhline(0.0, color=QUIET, lw=0.6)
 
 
 def margins_figure(paper: Sequence[Loop], chosen: Sequence[Loop], insertion: Sequence[float]) -> Figure:

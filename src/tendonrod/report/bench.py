@@ -150,7 +150,9 @@ def facts(found: Sequence[Followed], names: Sequence[str], ways: Sequence[Insert
         "simulated": mm(paper.FTL_TIP_RMSE_SIMULATED),
         "error_rms": _spread([way.error_rms for way in ways], 1e3, 1),
         "error_max": _spread([way.error_max for way in ways], 1e3, 1),
-        "is_papers": _is_papers(first),
+        "is_papers": _of_the_papers(first),
+        "is_rehearsal": any(header.get("rehearsal") for header in headers),
+        "set_out": any(np.isfinite(way.error_rms) for way in ways),
         "commands_papers": any(each.profile.name == "paper" for each in found),
         "has_tip": any(len(way.tip) for way in ways),
     } | _of_the_bench(headers)
@@ -182,12 +184,14 @@ def _each(texts: Iterable[str]) -> str:
 
 
 def departures(setup: Mapping[str, Any]) -> list[str]:
-    """Numbers of a recorded virtual setup that are not the defaults of `VirtualSetup`."""
+    """Numbers of a recorded virtual setup that are not the defaults of `VirtualSetup`, as a bench file says them."""
+    from ..rig.benchfile_units import in_file_units
     from ..rig.virtual.setup import VirtualSetup
 
     usual = {each.name: _default(each) for each in fields(VirtualSetup) if each.name not in _NOT_COMPARED}
     given, plain = (dict(_flat(json.loads(as_json(each)))) for each in (setup, usual))
-    return [f"{key} = {_text(given[key])}" for key in plain if key in given and given[key] != plain[key]]
+    other = [in_file_units(key, given[key]) for key in plain if key in given and given[key] != plain[key]]
+    return [f"{key} = {_text(value)}" for key, value in other]
 
 
 def _default(each: Any) -> Any:
@@ -205,12 +209,13 @@ def _flat(tree: Mapping[str, Any], above: str = "") -> list[tuple[str, Any]]:
 
 def _pictures(found: Sequence[Followed], names: Sequence[str], ways: Sequence[Inserted]) -> list[Picture]:
     from ..plot import bench as plots
+    from ..plot import bench_space
 
-    marks = paper.FTL_TIP_RMSE_TRIALS if _is_papers(found[0]) else ()
+    marks = paper.FTL_TIP_RMSE_TRIALS if _of_the_papers(found[0]) else ()
     draw = {
         "tip": partial(plots.tip_figure, marks=marks),
-        "path": plots.path_figure,
-        "bodies": plots.bodies_figure,
+        "path": bench_space.path_figure,
+        "bodies": bench_space.bodies_figure,
         "tension": plots.tension_figure,
         "control": plots.control_figure,
     }
@@ -224,10 +229,14 @@ def _is_virtual(each: Followed) -> bool:
     return bool(header.get("virtual", str(header.get("bench", "")).startswith("virtual")))
 
 
-def _is_papers(each: Followed) -> bool:
-    """Whether robot, target and gravity are those of the paper's trials."""
-    same = each.robot.name == "exonav-1" and abs(each.target - paper.LARGEST_TENSION) < 1e-9
-    return same and bool(np.allclose(each.gravity, paper.GRAVITY))
+def is_papers(robot: str, target: float, gravity: Sequence[float], end: float = 1.0) -> bool:
+    """Whether robot, target (N), gravity (m/s2) and the insertion at the end are those of the paper's trials."""
+    same = robot == "exonav-1" and abs(target - paper.LARGEST_TENSION) < 1e-9 and end == 1.0
+    return same and bool(np.allclose(gravity, paper.GRAVITY))
+
+
+def _of_the_papers(each: Followed) -> bool:
+    return is_papers(each.robot.name, each.target, each.gravity, each.record.header.get("end", 1.0))
 
 
 def _said(value: float | None, unit: str = "") -> str:

@@ -7,6 +7,7 @@ from functools import partial
 from typing import Any
 
 from ..measurement.diagnosis import Diagnosis
+from ..measurement.thinning import ordinal
 from .chapter import Cell, Number, Picture, Table, mm
 from .typeset import values
 
@@ -21,6 +22,7 @@ def explanations(causes: Mapping[str, Diagnosis]) -> list[dict[str, Any]]:
         file = "causes" if len(causes) == 1 else f"causes-{k}"
         _, *answers, warning = (f"{values(each[0].upper() + each[1:])}." for each in diagnosis.sentences)
         known: dict[str, Any] = {"poses": diagnosis.count, "outliers": diagnosis.outliers, "rmse": mm(diagnosis.rmse)}
+        known |= {"every": ordinal(diagnosis.every) if diagnosis.every > 1 else None}
         known |= {"robot": name, "answers": answers, "warning": warning}
         found.append(known | {"table": _table(file, diagnosis), "picture": _picture(file, diagnosis)})
     return found

@@ -38,7 +38,9 @@ def write_validation(
     of the page. Raises `InvalidInput` where ``out`` cannot be written.
     """
     why = explanations(causes or {})
-    tables = [accuracy_table(found), bias_table(found), *(each["table"] for each in why), sample_table(found)]
+    by_insertion = insertion_table(found)
+    tables = [accuracy_table(found), *([by_insertion] if by_insertion is not None else []), bias_table(found)]
+    tables += [*(each["table"] for each in why), sample_table(found)]
     robots = ", ".join(robot.name for robot in found.robots)
     return write_page(
         out,
@@ -46,7 +48,7 @@ def write_validation(
         f"{robots}: measured and modelled",
         tables,
         [*_pictures(found), *(each["picture"] for each in why if each["picture"])],
-        facts(found) | {"why": why},
+        facts(found) | {"why": why, "by_insertion": by_insertion is not None},
         more=[lambda folder: write_errors(found, folder / "errors.csv")],
         watch=watch,
     )
@@ -105,12 +107,31 @@ def departures(found: Accuracy) -> list[str]:
 def accuracy_table(found: Accuracy) -> Table:
     """The paper's Table I, and mean, share of the length, bias and scatter of the run that models gravity."""
     per_run = [f"{name}, {run} (mm)" for run in found.runs for name in ("MED", "RMSE")]
-    more = ["MAE (mm)", "RMSE, % of exposed length", "bias (mm)", "scatter (mm)", "angle, rms (deg)"]
+    more = ["MAE (mm)", "RMSE, % of " + _L, "bias (mm)", "scatter (mm)", "angle, rms (deg)"]
     if not _angles(found):
         more = more[:-1]
     return Table(
         name="accuracy", header=("", f"<i>s</i> / {_L}", "<i>n</i>", *per_run, *more), rows=_rows(found, len(more))
     )
+
+
+def insertion_table(found: Accuracy) -> Table | None:
+    """Errors by how much of the robot is out; None where that does not vary."""
+    rows: list[list[Cell]] = []
+    for place in found.places:
+        parts = {run: each.by_insertion() for run, each in place.errors.items()}
+        for k, (name, best) in enumerate(parts[found.best_known]):
+            per_run = [mm(value) for each in parts.values() for value in (each[k][1].med, each[k][1].rmse)]
+            start: list[Cell] = [
+                whole(place.robot.name),
+                Number(place.share, 2),
+                whole(name),
+                Number(len(best.vectors), 0),
+            ]
+            rows.append([*start, *per_run, mm(float(np.linalg.norm(best.bias))), mm(best.scatter)])
+    per_run = [f"{name}, {run} (mm)" for run in found.runs for name in ("MED", "RMSE")]
+    header = ("", f"<i>s</i> / {_L}", "out", "<i>n</i>", *per_run, "bias (mm)", "scatter (mm)")
+    return Table(name="insertions", header=header, rows=rows) if rows else None
 
 
 def bias_table(found: Accuracy) -> Table:

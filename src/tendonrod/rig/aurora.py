@@ -31,6 +31,7 @@ from .interfaces import DeviceError, PoseFrame
 RATE = 40.0  # Hz
 KEPT = 40_000  # frames that may wait to be read: 1000 s of one tool
 OPENING_LONGEST = 60.0  # s
+CRASHES = {signal.SIGSEGV, signal.SIGABRT, signal.SIGBUS, signal.SIGILL, signal.SIGFPE}
 
 
 @dataclass(kw_only=True, slots=True)
@@ -77,14 +78,14 @@ class Aurora:
         Raises `InvalidInput`, and `DeviceError` in one line: no such port, taken, nothing answers, no NDI Aurora, tools
         that are not there, a refused command.
         """
-        self._port, self._now = _port(port), now
-        self._times, self.delay = FrameTimes(positive("rate", rate)), finite("delay", delay)
-        self._largest_error = largest_error if largest_error == inf else nonnegative("largest_error", largest_error)
-        self._limit = positive("limit", limit)
-        if baud not in BAUDS:
-            raise InvalidInput("baud", baud, "one of " + ", ".join(map(str, BAUDS)))
+        check_options(
+            port, rate=rate, delay=delay, largest_error=largest_error, limit=limit, setup_limit=setup_limit, baud=baud
+        )
+        self._port, self._now, self._limit = port, now, float(limit)
+        self._times, self.delay = FrameTimes(float(rate)), float(delay)
+        self._largest_error = float(largest_error)
         wanted = {"port": port, "tools": checked_tools(tools), "baud": baud}
-        wanted |= {"limit": self._limit, "setup_limit": positive("setup_limit", setup_limit)}
+        wanted |= {"limit": self._limit, "setup_limit": float(setup_limit)}
         self._prepare()
         self._process = _started(wanted)
         self._thread = Thread(target=self._listen, name="aurora", daemon=True)
@@ -209,7 +210,10 @@ class Aurora:
         if code == -signal.SIGALRM:
             return f"{self._port}: no answer from the tracker for {self._limit:g} s"
         if code < 0:
-            return f"{self._port}: ndicapi failed ({signal.Signals(-code).name}), as it does on noise without end"
+            name = signal.Signals(-code).name
+            if -code in CRASHES:
+                return f"{self._port}: ndicapi failed ({name}), as it does on noise without end"
+            return f"{self._port}: the tracker's process was ended by another program ({name})"
         said = self._process.stderr.read().strip().rpartition("\n")[2]  # pyright: ignore[reportOptionalMemberAccess]
         return f"{self._port}: the tracker's process ended ({said or f'exit status {code}'})"
 
@@ -227,8 +231,18 @@ def _started(wanted: dict) -> subprocess.Popen[str]:
     )
 
 
-def _port(port: object) -> str:
+def check_options(
+    port: object, *, rate: object = RATE, delay: object = 0.0, largest_error: object = inf, limit: object = 1.0,
+    setup_limit: object = 5.0, baud: object = 115_200,
+) -> None:  # fmt: skip
+    """Raise `InvalidInput` by name for what `Aurora` cannot work with."""
     is_address = isinstance(port, str) and "://" in port
     if not isinstance(port, str) or not port or (is_address and tcp_address(port) is None):
         raise InvalidInput("port", port, "a serial port such as '/dev/ttyUSB0', or 'tcp://host:port'")
-    return port
+    finite("delay", delay)
+    for name, value in {"rate": rate, "limit": limit, "setup_limit": setup_limit}.items():
+        positive(name, value)
+    if largest_error != inf:
+        nonnegative("largest_error", largest_error)
+    if baud not in BAUDS:
+        raise InvalidInput("baud", baud, "one of " + ", ".join(map(str, BAUDS)))

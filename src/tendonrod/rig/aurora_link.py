@@ -213,7 +213,7 @@ def open_link(port: str, *, limit: float, setup_limit: float) -> Link:
 def tcp_address(port: str) -> tuple[str, int] | None:
     """Host and port of "tcp://host:port"; None for anything else."""
     found = re.fullmatch(r"tcp://([^:/\s]+):(\d{1,5})", port)
-    return (found[1], int(found[2])) if found else None
+    return (found[1], int(found[2])) if found and 0 < int(found[2]) < 1 << 16 else None
 
 
 class _Deadline:

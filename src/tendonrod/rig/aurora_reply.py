@@ -18,6 +18,7 @@ NO_QUATERNION = (nan, nan, nan, nan)
 UNPLUGGED = "UNOCCUPIED"
 
 STATUS = {0x040: "out of volume", 0x080: "partially out of volume", 0x100: "sensor broken", 0x1000: "processing failed"}
+UNROUND = 2e-3  # by how much the square of a quaternion's length may be off 1; four decimals make 2e-4 of it
 LOST = 0x1140  # of these bits, all but "partially": what is said of the pose then is no measurement
 SYSTEM = {
     0x01: "communication out of step",
@@ -43,6 +44,7 @@ class DamagedReply(ValueError):
 class ToolReply:
     """One tool in a reply to TX: position (m), quaternion (w, x, y, z), error indicator (m); NaN where it has no pose.
 
+    is_turned: False for a pose whose quaternion is none, which is therefore taken for no pose.
     gone: "UNOCCUPIED" or "DISABLED" where the tool is no longer tracked at all; it has no frame number (-1) then.
     """
 
@@ -53,11 +55,13 @@ class ToolReply:
     position: tuple[float, float, float] = NO_POSITION
     quaternion: tuple[float, float, float, float] = NO_QUATERNION
     error: float = nan
+    is_turned: bool = True
 
     @property
     def words(self) -> tuple[str, ...]:
         """What is amiss with the tool in this frame, nothing where all is well."""
         missing = () if self.position[0] == self.position[0] else ("missing",)
+        missing += () if self.is_turned else ("no rotation",)
         return missing + tuple(word for bit, word in STATUS.items() if self.status & bit)
 
 
@@ -131,6 +135,8 @@ def _tool(found: re.Match[str]) -> ToolReply:
     if found["pose"] is None or status & LOST:
         return ToolReply(handle=handle, status=status, frame=frame)
     w, qx, qy, qz, x, y, z, error = _numbers(found["pose"])
+    if abs(w * w + qx * qx + qy * qy + qz * qz - 1.0) > UNROUND:
+        return ToolReply(handle=handle, status=status, frame=frame, is_turned=False)
     return ToolReply(
         handle=handle, status=status, frame=frame, position=(x, y, z), quaternion=(w, qx, qy, qz), error=error
     )

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
-from dataclasses import asdict, dataclass, field, fields, is_dataclass
+from dataclasses import asdict, dataclass, field, fields, is_dataclass, replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -51,7 +51,12 @@ class BenchSource(Protocol):
 
 def loads_of(source: BenchSource) -> tuple[LumpedMass, ...]:
     """What hangs on the robot beside itself: the trackers' masses."""
-    on_it = [each for each in source.trackers if each.on == ROBOT and each.mass > 0.0]
+    return masses_of(source.trackers)
+
+
+def masses_of(trackers: Sequence[Tracker]) -> tuple[LumpedMass, ...]:
+    """The masses of those that sit on the robot."""
+    on_it = [each for each in trackers if each.on == ROBOT and each.mass > 0.0]
     return tuple(LumpedMass(mass=each.mass, at=each.at, offset=each.arm) for each in on_it)
 
 
@@ -104,7 +109,8 @@ class DeviceSource:
 
     launchpad: arguments of `LaunchPad` ("port" and others), aurora: of `Aurora`, both but for the clock. calibration:
     of the load cell; tare_readings: how many are taken for its zero before homing, with a slack tendon, 0 for none.
-    trackers: the tools and their holders. T_world_field: (4, 4) as rows, None where nobody knows.
+    trackers: the tools and their holders. T_world_field: (4, 4) as rows, None where nobody knows. is_rehearsal: whether
+    an emulated board stands in for the real one, see `rehearsed`.
     """
 
     robot: Robot
@@ -116,6 +122,7 @@ class DeviceSource:
     trackers: tuple[Tracker, ...] = ()
     T_world_field: tuple[tuple[float, ...], ...] | None = None
     limits: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
+    is_rehearsal: bool = False
 
     def open(self, seed: int = 0) -> Bench:
         """See `BenchSource`; real devices have no seed. What was opened is closed again where another fails."""
@@ -129,7 +136,9 @@ class DeviceSource:
                 tare(board.load_cell, self.tare_readings)
             tracker = self._tracker(clock)
             opened.pop_all()
-        name = f"bench of {self.robot.name}, torsion {self.robot.torsion}: {board.firmware} at {self.launchpad['port']}"
+        kind = "rehearsal without hardware, not a measurement; " if self.is_rehearsal else ""
+        robot, port = f"{self.robot.name}, torsion {self.robot.torsion}", self.launchpad["port"]
+        name = f"{kind}bench of {robot}: {board.firmware} at {port}"
         axes = {"screw": board.screw, "translation": board.translation, "rotation": board.rotation}
         return Bench(
             name=name if tracker is None else f"{name}, {tracker.firmware.strip().splitlines()[0]}",
@@ -146,9 +155,23 @@ class DeviceSource:
     def known(self, seed: int = 0) -> dict[str, Any]:
         """See `BenchSource`."""
         said = {"virtual": False, "launchpad": dict(self.launchpad), "calibration": asdict(self.calibration)}
+        if self.is_rehearsal:
+            said |= {"rehearsal": True, "notes": "Rehearsal on an emulated board, not a measurement."}
         if self.aurora is not None:
             said["aurora"] = {name: str(value) for name, value in self.aurora.items()}
         return said | ({} if self.T_world_field is None else {"T_world_field": [*map(list, self.T_world_field)]})
+
+
+def rehearsed(source: DeviceSource, port: str) -> DeviceSource:
+    """The same bench with the emulated board at ``port``, as `firmware.rehearsal` runs it, and without its tracker.
+
+    The load cell is the emulated one, with its calibration; limits, tools and their masses are the bench's own.
+    """
+    from .board_devices import Calibration
+
+    cell = Calibration(full_scale=source.calibration.full_scale)
+    board = MappingProxyType({**source.launchpad, "port": port})
+    return replace(source, launchpad=board, aurora=None, calibration=cell, is_rehearsal=True)
 
 
 def _plain(value: Any) -> Any:

@@ -7,8 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from decimal import Decimal
-from math import radians
 from os import PathLike, fspath
 from pathlib import Path
 from types import MappingProxyType
@@ -23,10 +21,13 @@ from ..robot import Robot
 from ..robotfile import validated
 from ..robotfile_words import at, in_file_words, parsed
 from ..rotation import exp_so3
+from .aurora import check_options as check_aurora
 from .aurora_tools import checked_tools
 from .benches import BenchSource, DeviceSource, VirtualSource
 from .benchfile_tables import KINDS, DeviceFile, VirtualFile
+from .benchfile_units import flat, in_unit, to_si
 from .board_devices import Calibration
+from .launchpad import check_options as check_launchpad
 from .limits import AXES, Limits
 from .virtual.injection import Injection, InjectionKind
 from .virtual.setup import (
@@ -39,22 +40,8 @@ from .virtual.setup import (
 )
 
 SHAPE = '[bench] with kind = "virtual" or "devices", and the tables of that kind'
+LISTED = ("fault", "tool")  # tables of which there may be several
 Gravity = tuple[float, float, float]
-
-
-def _scaled(digits: int) -> Callable[[float], float]:
-    """Times 10**digits as on paper, so that 0.45 mm is the float 0.00045."""
-    return lambda value: float(Decimal(repr(value)).scaleb(digits))
-
-
-_MILLI = ("mm_s2", "mm_s", "mm", "mn_per_sqrt_s", "mn", "ms", "g")
-_PLAIN = ("n_s", "n", "s", "hz", "m_s2", "counts")
-_TO_SI: dict[str, Callable[[float], float]] = {
-    **dict.fromkeys(("deg_s2", "deg_s", "deg"), radians),
-    **dict.fromkeys(_MILLI, _scaled(-3)),
-    **dict.fromkeys(_PLAIN, float),
-}
-_UNITS = sorted(_TO_SI, key=len, reverse=True)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -119,6 +106,7 @@ class BenchFile:
             raise InvalidInput(f"{self.name}: tool", MISSING, "given, [[tool]] for each tool of the [aurora]")
         if table.aurora is None and trackers:
             raise InvalidInput(f"{self.name}: aurora", MISSING, "given where there is a [[tool]]")
+        self._called(check_launchpad, self._keys("launchpad"))
         return DeviceSource(
             robot=robot, gravity=gravity, limits=limits, trackers=trackers, tare_readings=readings,
             launchpad=self._values("launchpad"), aurora=self._aurora(),
@@ -129,6 +117,7 @@ class BenchFile:
     def _aurora(self) -> dict[str, Any] | None:
         if self.table.aurora is None:
             return None
+        self._called(check_aurora, self._keys("aurora"))
         names = [each.name for each in self.table.tool or ()]
         if len(set(names)) < len(names):
             raise InvalidInput(f"{self.name}: tool", names, "of different names")
@@ -183,7 +172,8 @@ class BenchFile:
         except InvalidInput as error:
             if error.field not in keys:
                 raise
-            raise in_file_words(self.name, error, self.table, keys) from None
+            said = in_file_words(self.name, error, self.table, keys)
+            raise InvalidInput(said.field, said.value, in_unit(keys[error.field], said.allowed)) from None
 
     def _values(self, place: str) -> dict[str, Any]:
         return self._given(self._keys(place))
@@ -194,13 +184,10 @@ class BenchFile:
 
     def _keys(self, place: str) -> dict[str, str]:
         """Name in the domain -> key in the file, of one table."""
-        return {_flat(key): f"{place}.{key}" for key in type(at(self.table, place)).model_fields}
+        return {flat(key): f"{place}.{key}" for key in type(at(self.table, place)).model_fields}
 
     def _si(self, key: str) -> Any:
-        value, unit = at(self.table, key), _unit(key)
-        if value is None or not unit:
-            return value
-        return [_TO_SI[unit](each) for each in value] if isinstance(value, list) else _TO_SI[unit](value)
+        return to_si(key, at(self.table, key))
 
 
 def read_bench(source: str | PathLike[str], field: str = "bench file") -> BenchFile:
@@ -234,15 +221,6 @@ def _value_key(kind: str, where: str | None) -> str:
     return f"value_{unit}" if unit else ""
 
 
-def _unit(key: str) -> str:
-    return next((unit for unit in _UNITS if key.endswith(f"_{unit}")), "")
-
-
-def _flat(key: str) -> str:
-    unit = _unit(key)
-    return key.removesuffix(f"_{unit}") if unit else key
-
-
 def _three(values: Any) -> Gravity:
     x, y, z = (float(each) for each in values)
     return x, y, z
@@ -252,10 +230,13 @@ _EXPECTED = {
     "string_type": "a text in quotes",
     "bool_type": "true or false",
     "int_type": "a whole number",
-    "list_type": "a list of finite numbers; tables with two brackets where it is tool or fault",
+    "list_type": "a list of finite numbers",
     "model_type": "a table",
 }
 
 
 def _expected(error: Any) -> str:
+    name = error["loc"][-1]
+    if error["type"] == "list_type" and name in LISTED:
+        return f"headed by two brackets, [[{name}]], once for each"
     return _EXPECTED.get(error["type"], "a finite number")

@@ -108,6 +108,7 @@ class LimitsTable(BenchTable):
     tension_rate_n_s: Number | None = None
     rate_window_ms: Number | None = None
     lost_pull_mm: Number | None = None
+    take_up_mm: Number | None = None
     strain: Number | None = None
     sensor_age_ms: Number | None = None
     tracker_time_ms: Number | None = None
@@ -117,6 +118,7 @@ class LimitsTable(BenchTable):
     late_in_row: int | None = None
     release_rate_mm_s: Number | None = None
     release_travel_mm: Number | None = None
+    patience_s: Number | None = None
     screw_travel_mm: list[Number] | None = None
     screw_speed_mm_s: Number | None = None
     translation_travel_mm: list[Number] | None = None

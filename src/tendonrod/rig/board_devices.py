@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -62,9 +63,10 @@ class BoardAxis:
         """Stop, and the other axes of the board with it."""
         self._board.stop()
 
-    def home(self) -> None:
-        """Stop all axes, find the reference switch and make it zero; blocks until done. Raises `DeviceError`."""
-        self._board.home(self._index)
+    def home(self, should_stop: Callable[[], bool] | None = None) -> None:
+        """Stop all axes, find the reference switch and make it zero; blocks until done, or until ``should_stop`` says
+        so, which stops the axes and leaves this one not homed. Raises `DeviceError`."""
+        self._board.home(self._index, should_stop)
 
     def close(self) -> None:
         """Let the whole board go."""

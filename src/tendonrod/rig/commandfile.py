@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 from dataclasses import dataclass
+from itertools import pairwise
 from math import radians
 from os import PathLike, fspath
 
@@ -17,12 +18,16 @@ KNOWN = (*NEEDED, "rotation_deg", "rotation_rad", "time_s")
 
 @dataclass(frozen=True, kw_only=True)
 class Commands:
-    """One row per point: insertion, rotation (rad), tension (N), and time (s), None where the file has no time_s."""
+    """One row per point: insertion, rotation (rad), tension (N), and time (s), None where the file has no time_s.
+
+    rotation_column: what the file calls its rotation, "rotation_deg" also where it has none.
+    """
 
     insertion: list[float]
     rotation: list[float]
     tension: list[float]
     time: list[float] | None = None
+    rotation_column: str = "rotation_deg"
 
 
 def read_commands(path: str | PathLike[str]) -> Commands:
@@ -37,13 +42,21 @@ def read_commands(path: str | PathLike[str]) -> Commands:
     header = [cell.strip().lower() for cell in rows[0]]
     places = _places(name, header)
     values = {title: [_number(name, k, row, j, title) for k, row in enumerate(rows[1:], 1)] for title, j in places}
+    _check_times(name, values.get("time_s", []))
     turned = values.get("rotation_rad", [0.0] * (len(rows) - 1))
     return Commands(
         insertion=values["insertion"],
         rotation=[radians(x) for x in values["rotation_deg"]] if "rotation_deg" in values else turned,
         tension=values["tension_n"],
         time=values.get("time_s"),
+        rotation_column="rotation_rad" if "rotation_rad" in values else "rotation_deg",
     )
+
+
+def _check_times(name: str, times: list[float]) -> None:
+    for k, (before, at) in enumerate(pairwise(times), 2):
+        if not at > before:
+            raise InvalidInput(f"{name}: row {k}, column time_s", at, f"later than {before:g}, that of the row above")
 
 
 def _places(name: str, header: list[str]) -> list[tuple[str, int]]:

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import InvalidInput, nonnegative, positive, within
+from ..errors import InvalidInput, nonnegative, numbers, positive, within
 from .control import KI, KP
 
 if TYPE_CHECKING:
@@ -30,6 +30,9 @@ LAG = 0.01  # s: assumed of a small geared DC motor under velocity control; the 
 FILTER = 0.0016  # s: a load cell's amplifier with a bandwidth of 100 Hz; the paper gives none
 DAMPING = 1.0  # wanted where the body is longest: nothing swings, though the zero of PI lets a step overshoot
 PHASE_MARGIN = 60.0  # degrees, wanted
+INSERTIONS = (0.05, 0.25, 0.5, 0.75, 1.0)
+TENDON = 0.51e-3  # m/N: 0.3 m of a 0.1 mm nitinol tendon
+SAMPLES = 2001  # of a step response
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -111,6 +114,18 @@ class Loop:
         return np.asarray(control.step_response(control.minreal(left, verbose=False), time).outputs)
 
 
+def largest_error(loop: Loop, rate: float, ahead: float = 0.0) -> float:
+    """Largest tension error (N) after the screw has started at ``rate`` (m/s) in no time; ahead: as in `Loop.step`.
+
+    Without lag and delay it is below rate / kp, which it comes near where the loop is well damped.
+    """
+    slow = 20.0 * (loop.lag + loop.delay + loop.filter)
+    settling = 10.0 / (loop.kp * loop.stiffness)
+    peak = 2.0 / loop.natural_frequency if loop.ki > 0.0 else settling  # of PI alone it is before 1 / frequency
+    time = np.linspace(0.0, slow + max(peak, settling), SAMPLES)
+    return abs(rate) * float(np.abs(loop.step(time, "screw", ahead)).max())
+
+
 @dataclass(frozen=True, kw_only=True)
 class Margins:
     """gain: factor; phase: degrees; crossover, bandwidth (-3 dB of the closed loop): rad/s; delay: s of more delay."""
@@ -184,3 +199,39 @@ def at_insertions(
 def with_gains(loops: Sequence[Loop], kp: float, ki: float) -> list[Loop]:
     """The same loops with other gains."""
     return [replace(loop, kp=kp, ki=ki) for loop in loops]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Designed:
+    """The loops of a robot at ``insertions``, with the paper's gains and with the `suggested` ones.
+
+    tension N; gravity m/s2, world frame; compliance: of the tendon itself, m/N.
+    """
+
+    robot: Robot
+    tension: float
+    gravity: tuple[float, float, float]
+    compliance: float
+    insertions: tuple[float, ...]
+    paper: tuple[Loop, ...]
+    suggested: tuple[Loop, ...]
+
+    @property
+    def gains(self) -> tuple[float, float]:
+        """Suggested kp (m/s)/N and ki (m/s2)/N."""
+        return self.suggested[0].kp, self.suggested[0].ki
+
+
+def designed(
+    robot: Robot, tension: float = 0.7, gravity=(0.0, 0.0, 0.0), compliance: float = TENDON,
+    insertions: Sequence[float] = INSERTIONS, **rest: float,
+) -> Designed:  # fmt: skip
+    """Loops along a motion and gains for all of them; rest: lag, delay, filter of `Loop`, s. Raises `InvalidInput`."""
+    eta = tuple(sorted(numbers("insertions", insertions).tolist()))
+    paper = at_insertions(robot, eta, tension, gravity, compliance, **rest)
+    best = suggested([each.compliance for each in paper], **rest)
+    x, y, z = numbers("gravity", gravity).tolist()
+    return Designed(
+        robot=robot, tension=tension, gravity=(x, y, z), compliance=compliance, insertions=eta, paper=tuple(paper),
+        suggested=tuple(with_gains(paper, best.kp, best.ki)),
+    )  # fmt: skip

@@ -28,7 +28,10 @@ class TaskFailed(TendonrodError):
 
 @dataclass(frozen=True, kw_only=True)
 class Machine:
-    """What a task knows of bench and robot: L_na (m), turns of the helix, limits of the axes. Raises `InvalidInput`."""
+    """What a task knows of bench and robot: the tube's length L (m), turns of the helix, limits of the axes.
+
+    Raises `InvalidInput`.
+    """
 
     length: float
     turns: float = 1.0
@@ -42,7 +45,7 @@ class Machine:
 
     @classmethod
     def of(cls, bench: Bench, length: float, turns: float) -> Machine:
-        """The machine of an open bench with a robot of L_na = ``length`` (m) whose backbone makes ``turns``."""
+        """The machine of an open bench with a robot of L = ``length`` (m) whose backbone makes ``turns``."""
         limits = {"screw": bench.screw.limits, "translation": bench.translation.limits}
         return cls(length=length, turns=turns, rotation=bench.rotation.limits, **limits)
 

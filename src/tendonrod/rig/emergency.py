@@ -104,13 +104,13 @@ class KeyboardStop:
 
     def _read(self, terminal: int, wake: int) -> None:
         while True:
-            ready, _, _ = select.select([terminal, wake], [], [])
+            try:
+                ready, _, _ = select.select([terminal, wake], [], [])
+                keys = b"" if wake in ready else os.read(terminal, 64)
+            except (OSError, ValueError):  # closed meanwhile
+                ready, keys = [], b""
             if wake in ready:
                 return
-            try:
-                keys = os.read(terminal, 64)
-            except OSError:
-                keys = b""
             if not keys:
                 self._interlock.interrupt("terminal gone")
                 return
@@ -125,7 +125,8 @@ class KeyboardStop:
             self._interlock.interrupt("Ctrl-C")
         elif self._other is not None:
             for character in keys.decode(errors="ignore"):
-                self._other(character)
+                with suppress(Exception):  # an error of the caller's must not end the thread that stops the bench
+                    self._other(character)
 
 
 def _standard_input() -> int | None:

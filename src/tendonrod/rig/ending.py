@@ -41,7 +41,7 @@ def safely(bench: GuardedBench, recorder: Recording | None = None) -> Iterator[G
 
     An exception of the record or the devices on the way out never keeps the rest from being done.
     """
-    with _signals(bench.interlock):
+    with _signals(bench.interlock) as asked:
         try:
             yield bench
         except KeyboardInterrupt:
@@ -54,6 +54,7 @@ def safely(bench: GuardedBench, recorder: Recording | None = None) -> Iterator[G
             try:
                 leave_slack(bench, recorder)
             finally:
+                asked.can_raise = False
                 _close(bench, recorder)
 
 
@@ -89,28 +90,36 @@ def _close(bench: GuardedBench, recorder: Recording | None) -> None:
             recorder.close()
 
 
-@contextmanager
-def _signals(interlock: Interlock) -> Iterator[None]:
-    """Signals that end a process ask for the release instead; only the main thread may set them."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    came = 0
+class _Asked:
+    """Handles signals that end a process: the first asks for the release, a second stops at once.
 
-    def asked(number: int, _frame) -> None:
-        nonlocal came
-        came += 1
+    can_raise: whether the loop may be left in the middle; not while the devices are let go, which must not be cut off.
+    """
+
+    def __init__(self, interlock: Interlock) -> None:
+        self._interlock, self._came, self.can_raise = interlock, 0, True
+
+    def __call__(self, number: int, _frame: object) -> None:
+        self._came += 1
         name = "Ctrl-C" if number == signal.SIGINT else signal.Signals(number).name
-        if came == 1:
-            interlock.interrupt(name)
+        if self._came == 1:
+            self._interlock.interrupt(name)
             return
-        interlock.emergency(name)
-        if came == 2:
+        self._interlock.emergency(name)
+        if self._came == 2 and self.can_raise:
             raise KeyboardInterrupt
 
+
+@contextmanager
+def _signals(interlock: Interlock) -> Iterator[_Asked]:
+    """Signals that end a process ask for the release instead; only the main thread may set them."""
+    asked = _Asked(interlock)
+    if threading.current_thread() is not threading.main_thread():
+        yield asked
+        return
     before = {number: signal.signal(number, asked) for number in (getattr(signal, name) for name in ENDING)}
     try:
-        yield
+        yield asked
     finally:
         for number, handler in before.items():
-            signal.signal(number, handler)
+            signal.signal(number, signal.SIG_DFL if handler is None else handler)  # None: not set from Python

@@ -72,10 +72,10 @@ def to_trial(
     from ..measurement.trial import Trial
 
     one_of("at", at, (FRAMES, SAMPLES))
-    robot = _robot(record) if robot is None else robot
+    robot = robot_of(record) if robot is None else robot
     if robot.n_tendons != 1:
         raise InvalidInput("robot", Fact(f"{robot.name}, {robot.n_tendons} tendons"), "of one, as the bench has")
-    sitting = _trackers(record, trackers)
+    sitting = _with_tools(record, trackers)
     late = finite("delay", record.header.get("tracker_delay", 0.0) if delay is None else delay)
     poses = _poses(record, [each.name for each in sitting], late) if at == FRAMES else _no_poses(record, len(sitting))
     header = {name: record.header[name] for name in _TRIAL if record.header.get(name) is not None}
@@ -86,7 +86,8 @@ def to_trial(
     return Trial(robot=robot, trackers=sitting, **(known | fields))
 
 
-def _robot(record: Record) -> Robot:
+def robot_of(record: Record) -> Robot:
+    """The robot in the record's header. Raises `InvalidInput`."""
     from ..robotfile_writing import robot_from_text, with_exact
 
     text = record.header.get("robot")
@@ -95,18 +96,26 @@ def _robot(record: Record) -> Robot:
     return with_exact(robot_from_text(text, f"{record.name}: robot"), record.header.get("robot_exact", {}))
 
 
-def _trackers(record: Record, given: Sequence[Tracker] | None) -> tuple[Tracker, ...]:
+def trackers_of(record: Record) -> tuple[Tracker, ...]:
+    """The trackers in the record's header, none where it has none. Raises `InvalidInput`."""
     from ..measurement.trial import Tracker
 
     try:
-        told = [Tracker(**each) for each in record.header.get("trackers", ())] if given is None else list(given)
+        return tuple(Tracker(**each) for each in record.header.get("trackers", ()))
     except TypeError:
         raise InvalidInput("trackers", record.header["trackers"], "fields of Tracker in the record's header") from None
+
+
+def _with_tools(record: Record, given: Sequence[Tracker] | None) -> tuple[Tracker, ...]:
+    """The trackers, given or told; one for each tool. Raises `InvalidInput`."""
+    from ..measurement.trial import Tracker
+
+    told = trackers_of(record) if given is None else tuple(given)
     tools = list(dict.fromkeys(record.tools.tolist()))
     missing = [each for each in tools if each not in {tracker.name for tracker in told}]
     if missing:
         raise InvalidInput("trackers", [each.name for each in told], f"with one for each tool: {', '.join(tools)}")
-    return tuple(told) or (Tracker(name="tip"),)
+    return told or (Tracker(name="tip"),)
 
 
 def _poses(record: Record, names: list[str], delay: float) -> dict[str, np.ndarray]:
@@ -122,7 +131,22 @@ def _poses(record: Record, names: list[str], delay: float) -> dict[str, np.ndarr
     for name, field in given.items():
         found[name][row, column] = record.frames[field]
     found["state"][row, column] = record.frame_states
-    return {"time": time, **found}
+    return {"time": time, **_measured(found)}
+
+
+def _measured(found: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """With NaN in place of what no tracker can measure: its frame says so in words, and the others keep theirs."""
+    from ..measurement.trial import UNIT
+
+    wrong = {
+        "position": np.isinf(found["position"]).any(axis=-1),
+        "orientation": np.abs(np.linalg.norm(found["orientation"], axis=-1) - 1.0) > UNIT,
+        "quality": np.isinf(found["quality"]) | (found["quality"] < 0.0),
+    }
+    for name, where in wrong.items():
+        found[name][where] = np.nan
+        found["state"][where] = [", ".join(filter(None, (text, f"no {name}"))) for text in found["state"][where]]
+    return found
 
 
 def _rows(record: Record) -> np.ndarray:
@@ -140,6 +164,8 @@ def _rows(record: Record) -> np.ndarray:
 def _no_poses(record: Record, k: int) -> dict[str, np.ndarray]:
     force = record.samples["force"]
     time = force["time"][_later(force["time"])]
+    if not time.size:
+        raise InvalidInput("record", Fact(record.name), "one with a reading of the load cell")
     return {"time": time, **_empty(time.size, k)}
 
 
@@ -176,6 +202,7 @@ def _between(times: np.ndarray, values: np.ndarray, when: np.ndarray) -> np.ndar
     times, values = times[new], values[new]
     if times.size == 0:
         return np.full(when.shape, np.nan)
+    values = np.where(np.isinf(values), np.nan, values)
     period = float(np.median(np.diff(times))) if times.size > 1 else 0.0
     with np.errstate(invalid="ignore"):
         known = (when >= times[0] - period) & (when <= times[-1] + period)
@@ -197,21 +224,29 @@ def _origin(record: Record, at: str, delay: float) -> dict[str, str]:
     return said | own | late | faults
 
 
-def export(record: Record, path: str | PathLike[str], **fields: Any) -> None:
+def export(
+    record: Record, path: str | PathLike[str], *, every: int | None = None, seconds: float | None = None, **fields: Any
+) -> Trial | None:
     """Write to ``path``: .nc, the trial of `to_trial` with its ``fields``; .csv, every control period as recorded, with
-    the tracker's frames beside it in NAME.frames.csv. Raises `InvalidInput` where that cannot be done.
+    the tracker's frames beside it in NAME.frames.csv. every, seconds: only such used samples, as `thinning.shortened`
+    has it. Returns the trial, None for CSV. Raises `InvalidInput` where that cannot be done.
     """
     target = file_name("path", path, (".nc", ".csv"))
     if target.suffix.lower() == ".nc":
+        from ..measurement.thinning import shortened
         from ..measurement.trialfile import write_trial
 
-        write_trial(to_trial(record, **fields), target)
-        return
-    if fields:
+        trial = to_trial(record, **fields)
+        trial = trial if every is None and seconds is None else shortened(trial, every, seconds=seconds)
+        write_trial(trial, target)
+        return trial
+    told = {"every": every, "seconds": seconds, **fields}
+    if fields := {name: value for name, value in told.items() if value is not None}:
         raise InvalidInput("fields", sorted(fields), "left out for CSV, which is written as recorded")
     _write_table(target, _sample_columns(record))
     if len(record.frames):
         _write_table(target.with_suffix(".frames.csv"), _frame_columns(record))
+    return None
 
 
 def _sample_columns(record: Record) -> dict[str, np.ndarray]:

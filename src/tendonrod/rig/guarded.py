@@ -11,14 +11,16 @@ from math import nan
 from typing import TypeVar
 
 from ..errors import TendonrodError
-from .detection import StrainOf
+from .answers import as_force, as_frames, as_state
 from .interfaces import STILL, AxisState, Bench, Command, Force, PoseFrame, Sample
 from .limits import AXES, Limits
 from .safety import Interlock
-from .states import State
+from .states import FaultKind, State
+from .tension_watch import PUSHED, StrainOf
 
 HOMING = (1, 2, 0)  # translation draws the robot in, then rotation, then the screw, with a slack tendon
 AT_REST = 1e-4  # m/s or rad/s, below which an axis counts as standing
+AGAIN = 5.0  # times command_timeout, after which an axis that still moves is stopped hard once more
 UNKNOWN_AXIS = AxisState(time=nan, position=nan, velocity=nan, homed=False)
 UNKNOWN_FORCE = Force(time=nan, tension=nan)
 
@@ -31,10 +33,14 @@ class GuardedBench:
     One thread uses it; `Interlock.emergency` and `Interlock.interrupt` may be called from any.
     """
 
-    __slots__ = ("__bench", "__fault_since", "__force", "__sample", "__states", "clock", "interlock", "name")
+    __slots__ = (
+        "__bench", "__force", "__moves_since", "__sample", "__states", "clock",
+        "interlock", "name",
+    )  # fmt: skip
 
     def __init__(self, bench: Bench, limits: Limits | None = None, strain: StrainOf | None = None) -> None:
-        self.__bench, self.__fault_since = bench, nan
+        self.__bench = bench
+        self.__moves_since: list[float] | None = None  # s, of each axis that stands in fault; None without a fault
         self.__states: list[AxisState] = [UNKNOWN_AXIS] * 3
         self.__force, self.__sample = UNKNOWN_FORCE, None
         self.name, self.clock = bench.name, bench.clock
@@ -49,11 +55,12 @@ class GuardedBench:
         """
         now, bench = self.clock.now(), self.__bench
         for i, axis in enumerate(bench.axes):
-            self.__states[i] = self.__ask(AXES[i], axis.read, self.__states[i])
-        self.__force = self.__ask("load cell", bench.load_cell.read, self.__force)
+            self.__states[i] = self.__ask(AXES[i], lambda axis=axis: as_state(axis.read()), self.__states[i])
+        self.__force = self.__ask("load cell", lambda: as_force(bench.load_cell.read()), self.__force)
         frames: tuple[PoseFrame, ...] = ()
         if bench.tracker is not None:
-            frames = self.__ask("tracker", bench.tracker.read, frames)
+            tracker = bench.tracker
+            frames = self.__ask("tracker", lambda: as_frames(tracker.read()), frames)
         screw, translation, rotation = self.__states
         before = self.__sample
         self.__sample = Sample(
@@ -77,13 +84,14 @@ class GuardedBench:
     def home(self) -> None:
         """Home all axes, one after the other. Raises `DeviceError` where one fails, `TendonrodError` if not slack.
 
-        The axes move by themselves here, so the tendon must be slack before, and is looked at between axes.
+        The axes move by themselves here: the tendon must be slack before each, and its tension is looked at meanwhile,
+        as is whether somebody asks for a stop. What is found then is the interlock's fault.
         """
         self.interlock.require_home()
         for i in HOMING:
             self.__require_slack()
             try:
-                self.__bench.axes[i].home()
+                self.__bench.axes[i].home(should_stop=self.__must_not_home)
             except Exception as error:
                 self.interlock.failed(AXES[i], error)
                 self.act()
@@ -129,28 +137,43 @@ class GuardedBench:
         return not failed
 
     def __stands_hard(self, velocities: tuple[float, float, float]) -> list[bool]:
-        """Which axes to stop hard: those that are to stand in fault, at its first act and while they still move.
+        """Which axes to stop hard: those that are to stand in fault, at its first act and while they move.
 
-        An axis may share its board's stop with the others, so that beside a moving screw this ends after a while.
+        An axis may share its board's stop with the others, so that beside a moving screw this ends after a while, and
+        is tried again from time to time.
         """
-        now = self.clock.now()
+        now, timeout = self.clock.now(), self.interlock.limits.command_timeout
         if self.interlock.state is not State.FAULT:
-            self.__fault_since = nan
+            self.__moves_since = None
             return [False] * 3
-        is_first = self.__fault_since != self.__fault_since
-        if is_first:
-            self.__fault_since = now
-        if any(velocities) and now - self.__fault_since > self.interlock.limits.command_timeout:
-            return [False] * 3
-        return [
-            v == 0.0 and (is_first or not abs(axis.velocity) <= AT_REST)
-            for v, axis in zip(velocities, self.__states, strict=True)
-        ]
+        is_first = self.__moves_since is None
+        since = self.__moves_since = self.__moves_since or [now] * 3
+        hard = []
+        for i, (velocity, axis) in enumerate(zip(velocities, self.__states, strict=True)):
+            moves = not abs(axis.velocity) <= AT_REST
+            since[i] = since[i] if moves else now
+            is_due = not any(velocities) or not (now - since[i]) % (AGAIN * timeout) > timeout
+            hard.append(velocity == 0.0 and (is_first or (moves and is_due)))
+        return hard
 
     def __require_slack(self) -> None:
-        slack = self.interlock.limits.slack
-        force = self.__bench.load_cell.read()
-        if not force.tension < slack:
+        limits, force = self.interlock.limits, as_force(self.__bench.load_cell.read())
+        if force.saturated or not abs(self.clock.now() - force.time) <= limits.sensor_age:
+            what = "saturated" if force.saturated else f"of {force.time:.4g} s, at {self.clock.now():.4g} s"
+            raise TendonrodError(f"cannot home: the load cell's reading is {what}; nobody knows whether it is slack")
+        if not -PUSHED * limits.slack <= force.tension < limits.slack:
             raise TendonrodError(
-                f"cannot home: the tension is {force.tension:.3g} N, and must be below {slack:.3g} N; release it first"
+                f"cannot home: the tension is {force.tension:.3g} N, and must be below {limits.slack:.3g} N and not "
+                f"below {-PUSHED * limits.slack:.3g} N; release it first, or tare the load cell"
             )
+
+    def __must_not_home(self) -> bool:
+        """Whether homing must stop: somebody asks for it, or the tension passes its limit or is not known."""
+        lock, limits = self.interlock, self.interlock.limits
+        force = self.__ask("load cell", lambda: as_force(self.__bench.load_cell.read()), None)
+        if force is not None and not abs(force.tension) <= limits.tension:
+            kind = FaultKind.TENSION if abs(force.tension) > limits.tension else FaultKind.NAN_SENSOR
+            lock.trip(kind, force.tension, limits.tension, "homing")
+        elif force is not None and not abs(age := self.clock.now() - force.time) <= limits.sensor_age:
+            lock.trip(FaultKind.STALE_SENSOR, age, limits.sensor_age, "load cell")
+        return lock.is_asked_to_stop

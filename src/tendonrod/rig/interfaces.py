@@ -6,6 +6,7 @@ out of the outer tube; rotation (rad) turns it about the tube's axis. Times are 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from math import inf
 from typing import Protocol, runtime_checkable
@@ -102,8 +103,12 @@ class Axis(Protocol):
         """Stop as fast as the axis can."""
         ...
 
-    def home(self) -> None:
-        """Find the reference position and make it zero; blocks until done."""
+    def home(self, should_stop: Callable[[], bool] | None = None) -> None:
+        """Find the reference position and make it zero; blocks until done.
+
+        should_stop: asked every few milliseconds meanwhile, in the same thread, and may read other devices; where it
+        says so, or raises, the axis stops at once, and `AxisState.homed` is False then.
+        """
         ...
 
 

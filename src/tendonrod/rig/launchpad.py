@@ -12,9 +12,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
+from math import inf
 from threading import RLock
 from time import monotonic, sleep
 
+from ..errors import InvalidInput, nonnegative, whole, within
 from .board_devices import BoardAxis, BoardLoadCell, Calibration
 from .board_link import BoardLink, LinkCounts, Refused, Reply
 from .board_protocol import AXES, FIRMWARE, NAMES, PROTOCOL, BoardLimits, BoardState, DamagedLine, Flag, limits
@@ -23,6 +25,9 @@ from .board_velocities import Velocities
 from .interfaces import DeviceError
 
 BAUD = 921_600
+BAUDS = 1200, 12_000_000
+TIMEOUTS = 0.001, 1.0  # s for one answer: the loop waits for it
+MOST_TRIES = 100
 LOST_IN_A_ROW = 3  # MOVEs that may get lost before that is an error
 HOMING_LONGEST = 120.0  # s; the board gives up by itself after twice the axis's travel
 
@@ -57,8 +62,10 @@ class LaunchPad:
 
         now: the bench's clock, s (``Clock.now``). timeout: s for one answer; tries: how often a question is asked.
         max_age: s; inf for strictly one exchange a period, on states that are one period old. calibration: of the load
-        cell. Raises `DeviceError` in one line: no such port, no permission, taken, no board there, other firmware.
+        cell. Raises `InvalidInput`, and `DeviceError` in one line: no such port, no permission, taken, no board there,
+        other firmware.
         """
+        check_options(port, baud=baud, timeout=timeout, tries=tries, max_age=max_age)
         self._now, self._max_age = now, max_age
         self._lock, self._time = RLock(), BoardTime()
         self._commands, self._lost = Velocities(), 0
@@ -119,15 +126,20 @@ class LaunchPad:
             self._commands.forget()
             return self._took(self._link.ask("STOP"))
 
-    def home(self, axis: int) -> None:
-        """Stop, home one axis and wait for it. Raises `DeviceError`; on any exception the axes are stopped."""
+    def home(self, axis: int, should_stop: Callable[[], bool] | None = None) -> None:
+        """Stop, home one axis and wait for it.
+
+        should_stop: asked about every 10 ms, in this thread, between two exchanges, so that it may ask the board
+        itself. Once it says so the axes are stopped, and this returns with the axis not homed. Raises `DeviceError` and
+        whatever ``should_stop`` raises; the axes are stopped then too.
+        """
         try:
-            last = self._home(axis, monotonic() + HOMING_LONGEST)
+            last = self._home(axis, monotonic() + HOMING_LONGEST, should_stop or _never)
         except BaseException:
             with suppress(DeviceError):
                 self.stop()
             raise
-        if not last.has(Flag.HOMED, axis):
+        if last is not None and not last.has(Flag.HOMED, axis):
             raise DeviceError(f"{self._link.port}: {NAMES[axis]} is not homed: {_why_not_homed(last, axis)}")
 
     def close(self) -> None:
@@ -179,14 +191,17 @@ class LaunchPad:
         self._seen.clear()
         return self._snapshot
 
-    def _home(self, axis: int, deadline: float) -> BoardState:
-        """The state after homing, whether it succeeded or not."""
+    def _home(self, axis: int, deadline: float, should_stop: Callable[[], bool]) -> BoardState | None:
+        """The state after homing, whether it succeeded or not; None where it was stopped."""
         self.stop()
-        while not self._began_homing(axis):
+        began = False
+        while not should_stop():
+            began = began or self._began_homing(axis)
+            if began and not (state := self._ask_state()).has(Flag.HOMING, axis):
+                return state
             self._pause(axis, deadline)
-        while (state := self._ask_state()).has(Flag.HOMING, axis):
-            self._pause(axis, deadline)
-        return state
+        self.stop()
+        return None
 
     def _began_homing(self, axis: int) -> bool:
         with self._lock:
@@ -205,6 +220,23 @@ class LaunchPad:
     def _ask_state(self) -> BoardState:
         with self._lock:
             return self._took(self._link.ask("READ")).state
+
+
+def _never() -> bool:
+    return False
+
+
+def check_options(
+    port: object, *, baud: object = BAUD, timeout: object = 0.05, tries: object = 5, max_age: object = 0.002
+) -> None:
+    """Raise `InvalidInput` by name for what `LaunchPad` cannot work with. A time that is no number would never end."""
+    if not isinstance(port, str) or not port:
+        raise InvalidInput("port", port, "the name of a serial port, such as '/dev/ttyACM0'")
+    whole("baud", baud, *BAUDS)
+    within("timeout", timeout, *TIMEOUTS)
+    whole("tries", tries, 1, MOST_TRIES)
+    if max_age != inf:
+        nonnegative("max_age", max_age)
 
 
 def _why_not_homed(state: BoardState, axis: int) -> str:

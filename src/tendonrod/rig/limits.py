@@ -12,8 +12,9 @@ from .interfaces import AxisLimits
 LATENCY = 2  # control periods from a command to its effect, with which delays and stopping distances are reckoned
 AXES = ("screw", "translation", "rotation")
 NUMBERS = (
-    "tension", "slack", "tension_rate", "rate_window", "lost_pull", "strain", "length", "full_scale", "sensor_age",
-    "tracker_time", "stall_time", "command_timeout", "period", "release_rate", "release_travel",
+    "tension", "slack", "tension_rate", "rate_window", "lost_pull", "take_up", "strain", "length", "full_scale",
+    "sensor_age", "tracker_time", "stall_time", "command_timeout", "period", "release_rate", "release_travel",
+    "patience",
 )  # fmt: skip
 
 
@@ -31,6 +32,11 @@ class Limits:
       jumped. The noise of the cell makes 0.8 N/s. A tendon that breaks shows if it held more than 0.3 N.
     - lost_pull: 0.3 mm by which a tendon that was taut may be pulled further without a tension that shows, before it
       counts as broken or the cell as dead: three times the play of a printed roller gear, in which nothing is pulled.
+      Half of it is what a reading may stay the same to the last bit for.
+    - take_up: 0.8 mm by which the tendon may be pulled in all before its tension shows first. 0.1 N shows on ExoNav 1
+      after 0.1 to 0.4 mm, and play and references add 0.2 mm. A cell that is dead from the beginning lets the tension
+      rise by what this pull gives, 1.2 N on a robot that is hardly out (0.65 mm/N): where the tendon hangs slack by
+      more at the references, set the references rather than this.
     - strain: 0.67 %, where nitinol leaves linear elasticity (500 MPa / 75 GPa). length: m, exposed at insertion 1, by
       which the strain's insertion is counted.
     - full_scale: 22.24 N, the 5 lbf of the paper's MDB-5; a reading from 98 % of it counts as saturated.
@@ -42,15 +48,22 @@ class Limits:
     - rotation: a helix of one turn needs -2 pi to 0; half a turn more on either side is for the plan's rotation.
     - overrun: by how much travel may be passed (stopping, resolution) before it is a fault. speed_margin: measured
       speed, as a multiple of the limit. jump: what an encoder may differ by from any possible motion. lag: by how much
-      an axis may be off its command, its stated acceleration and two periods of delay allowed for; older motion is
-      forgotten with stall_time. They find an axis that stands still in a follow-the-leader trial at 0.5 mm/s.
+      an axis may be off its command, its stated acceleration and two periods of delay, as long as they were, allowed
+      for; older motion is forgotten with stall_time. They find an axis that stands still in a follow-the-leader trial
+      at 0.5 mm/s.
 
-    Of time: sensor_age 50 ms (ten periods at 200 Hz). tracker_time 0.5 s (20 frames at 40 Hz; bursts of lost frames are
-    normal, blind insertion is not). command_timeout 0.1 s, as the board's watchdog has it. period: of the loop, s;
-    a period is late above late_share of it, and late_in_row of them in a row are a fault.
+    Of time: sensor_age 50 ms (ten periods at 200 Hz). tracker_time 1 s, 40 frames at 40 Hz: the tracker measures and
+    does not control, so that waiting costs what is inserted blindly meanwhile, 0.45 mm at the usual rate, and not
+    waiting a trial, wherever a burst of frames is lost, which is normal. No source gives the lengths of an EM tracker's
+    bursts: with the virtual one's own estimate (0.1 s on average, 0.05 per second of sight) and its delay, 0.5 s would
+    end one trial of 155 s in ten, 1 s ends one in 2,500. command_timeout 0.1 s, as the board's watchdog has it. period:
+    of the loop, s; a period is late above late_share of it, and late_in_row of them in a row are a fault.
 
     Of the release: the screw pays out at release_rate (as fast as it can, if that is less) until slack, for no longer
     than release_travel takes. 8 mm is twice what ExoNav 1 and its tendon give at 1 N.
+
+    patience: s without progress, after which a task counts as stuck, where a limit stands in its way for instance: far
+    more than any phase stands still, and no danger meanwhile, as all other limits hold.
 
     Raises `InvalidInput` by field.
     """
@@ -61,6 +74,7 @@ class Limits:
     tension_rate: float = 15.0
     rate_window: float = 0.02
     lost_pull: float = 0.3e-3
+    take_up: float = 0.8e-3
     strain: float = 6.67e-3
     length: float = 75.4e-3
     full_scale: float = 22.24
@@ -72,7 +86,7 @@ class Limits:
     jump: tuple[float, float, float] = (0.5e-3, 0.5e-3, 0.1)
     lag: tuple[float, float, float] = (0.03e-3, 0.05e-3, 0.01)
     sensor_age: float = 0.05
-    tracker_time: float = 0.5
+    tracker_time: float = 1.0
     stall_time: float = 0.5
     command_timeout: float = 0.1
     period: float = 5e-3
@@ -80,6 +94,7 @@ class Limits:
     late_in_row: int = 5
     release_rate: float = 3e-3
     release_travel: float = 8e-3
+    patience: float = 120.0
 
     def __post_init__(self) -> None:
         for name in NUMBERS:

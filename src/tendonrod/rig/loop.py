@@ -9,9 +9,10 @@ from typing import Protocol
 from ..errors import TendonrodError, positive
 from .guarded import GuardedBench
 from .interfaces import STILL, Command, Sample, Task
-from .states import Fault, FaultKind, State
+from .states import Fault, FaultKind, Reaction, State
 
 BEHIND = 3  # periods, by which the loop may lag before it gives up catching up
+LEAST = 1e-5  # share of a task that counts as progress; encoders that tremble make less
 Watch = Callable[["Moment"], None]
 
 
@@ -88,7 +89,7 @@ def drive(
     period, interlock, clock = 1.0 / positive("rate", rate), bench.interlock, bench.clock
     interlock.start()
     began = due = last = clock.now()
-    periods, longest = 0, 0.0
+    periods, longest, getting_on = 0, 0.0, GettingOn(task, began)
     while True:
         sample = bench.sense()
         dt, last = sample.time - last, sample.time
@@ -103,6 +104,9 @@ def drive(
             watch(Moment(sample=sample, command=sent, state=state, fault=fault, task=task))
         if _has_ended(bench, task):
             break
+        standing, patience = getting_on.stuck_for(sample.time), interlock.limits.patience
+        if interlock.state is State.RUNNING and standing > patience:
+            interlock.trip(FaultKind.STUCK, standing, patience, getting_on.phase)
         due += period
         if clock.now() > due + BEHIND * period:
             due = clock.now()
@@ -115,12 +119,26 @@ def drive(
     return Outcome(task=task.name, is_done=done, fault=fault, duration=duration, periods=periods, longest=longest)
 
 
+class GettingOn:
+    """For how long a task has neither made progress nor gone on to another phase."""
+
+    def __init__(self, task: Task, now: float) -> None:
+        self._task, self._since, self._best, self.phase = task, now, -1.0, ""
+
+    def stuck_for(self, now: float) -> float:
+        """s, by the bench's clock."""
+        phase, progress = str(getattr(self._task, "phase", "")), self._task.progress
+        if phase != self.phase or not progress < self._best + LEAST:
+            self._since, self._best, self.phase = now, progress, phase
+        return now - self._since
+
+
 def _asked(bench: GuardedBench, task: Task, sample: Sample, dt: float) -> Command:
     """What the task wants; nothing where the bench does not run."""
-    if bench.interlock.state is not State.RUNNING or task.is_done:
+    if bench.interlock.state is not State.RUNNING:
         return STILL
     try:
-        return task.update(sample, dt)
+        return STILL if task.is_done else task.update(sample, dt)
     except TendonrodError as error:
         bench.interlock.trip(FaultKind.CONTROLLER, where=str(error))
     except Exception as error:  # noqa: BLE001 - a bug in a task must not leave the axes moving
@@ -132,4 +150,5 @@ def _has_ended(bench: GuardedBench, task: Task) -> bool:
     interlock = bench.interlock
     if interlock.state is State.RUNNING:
         return task.is_done and not interlock.is_asked_to_stop
-    return interlock.is_settled and not (interlock.state is State.HELD and interlock.fault is None)
+    is_pause = interlock.state is State.HELD and interlock.reaction is Reaction.HOLD
+    return interlock.is_settled and not is_pause

@@ -92,10 +92,10 @@ def bench_limits(robot: Robot, table: StrainTable, target: float | None = None, 
 
     - table: `strain_limit` of the robot as it hangs in the bench. The tension limit is 0.9 of the smallest tension that
       reaches the plateau's strain at any insertion.
-    - target: N, that shall be reached; refused above the soft limit that comes out.
+    - target: N, that shall be reached; refused above the soft limits of tension and strain that come out.
     - changes: fields of `Limits` that are set otherwise. Raises `InvalidInput`.
     """
-    length = robot.length_na
+    length = robot.section.L  # what the translation moves from insertion 0 to 1
     lowest = min(table.limit(float(eta)) for eta in table.insertions)
     tension = SHARE * min(lowest, float(table.tensions[-1]))
     default = Limits()
@@ -107,6 +107,9 @@ def bench_limits(robot: Robot, table: StrainTable, target: float | None = None, 
     limits = Limits(**chosen | changes)  # pyright: ignore[reportArgumentType]
     if target is not None:
         within("target", target, 0.0, limits.soft * limits.tension)
+        within(
+            "target", target, 0.0, min(table.limit(float(eta), limits.soft * limits.strain) for eta in table.insertions)
+        )
     return limits
 
 

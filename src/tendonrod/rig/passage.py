@@ -17,7 +17,7 @@ def finite_command(command: object) -> Command | None:
     try:
         velocities = [float(getattr(command, name)) for name in ("screw", "translation", "rotation")]
         target = float(command.target)  # pyright: ignore[reportAttributeAccessIssue]
-    except (AttributeError, TypeError, ValueError, OverflowError):
+    except Exception:  # noqa: BLE001 - an attribute may be code of the controller's, and raise whatever it likes
         return None
     if not all(map(isfinite, velocities)):
         return None

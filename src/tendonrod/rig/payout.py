@@ -1,6 +1,7 @@
 """How much tendon a lead screw has to pay out along a motion, and the compliance of its tension loop: from the statics.
 
-The tendon's stretch is delta = z - x_t - Delta + delta_0 = c_t tau: z = insertion L, x_t paid out, Delta the shortening
+The tendon's stretch is delta = z - x_t - Delta + delta_0 = c_t tau: z = insertion L (the tube's length: what axes move,
+and the tendon's path in the straight tube; the neutral axis is a little longer), x_t paid out, Delta the shortening
 of the tendon's path through the bent robot, c_t the compliance of the tendon itself (m/N). So along a motion
 
     x_t = z - Delta(eta, tau) - c_t tau + constant,
@@ -54,7 +55,7 @@ def paid_out(
     for k in range(eta.size):
         if eta[k] > 0.0:
             start = solve(robot, tau[k], gravity, insertion=eta[k], rotation=phi[k], start=start)
-            found[k] = eta[k] * robot.length_na - shortening(start) - soft * tau[k]
+            found[k] = eta[k] * robot.section.L - shortening(start) - soft * tau[k]
     return found
 
 
@@ -80,7 +81,7 @@ def _by_tension(robot: Robot, eta: float, tau: float, arm: float, gravity) -> fl
 def _by_insertion(robot: Robot, eta: float, tau: float, gravity) -> float:
     ends = max(eta - INSERTION_ARM, 0.5 * eta), min(eta + INSERTION_ARM, 1.0)
     low, high = (shortening(solve(robot, tau, gravity, insertion=end)) for end in ends)
-    return (high - low) / ((ends[1] - ends[0]) * robot.length_na)
+    return (high - low) / ((ends[1] - ends[0]) * robot.section.L)
 
 
 def _path(shape: Shape) -> float:

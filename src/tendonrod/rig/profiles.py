@@ -173,7 +173,7 @@ def _with_pay_out(
     tau, phi = ([function.value(x) for x in eta.tolist()] for function in (made.tension, made.rotation))
     out = paid_out(robot, eta, tau, phi, gravity, compliance)
     out[0] = -compliance * tau[0]  # the tendon is taken up before the insertion starts
-    return Profile(name=name, tension=tension, rotation=rotation, paid_out=Cubics(eta, out / robot.length_na))
+    return Profile(name=name, tension=tension, rotation=rotation, paid_out=Cubics(eta, out / robot.section.L))
 
 
 def _pieces(x: np.ndarray, y: np.ndarray) -> np.ndarray:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import struct
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from os import PathLike, fspath
@@ -13,10 +14,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..errors import Fact, InvalidInput
-from .record_layout import END, FAULT, FRAME, HEADER, LINE, MESSAGE, SAMPLE, SAMPLE_PIECE, TEXT, VERSION, Piece, pieces
-from .states import Fault, FaultKind, Reaction, State
+from .record_layout import END, HEADER, LINE, MESSAGE, SAMPLE_PIECE, TEXT, VERSION, Piece, pieces
+from .record_tables import Tables, tables
+from .states import Fault, FaultKind, Reaction
 
 COMPLETE = "complete"
+NONSENSE = (ValueError, TypeError, OverflowError, RecursionError, struct.error)  # what reading it may raise
 
 
 class Message(NamedTuple):
@@ -46,7 +49,8 @@ class Record:
 
     damage: stretches inside the record that are unreadable. torn: bytes of a last piece that was not written to its
     end. reserved: bytes of room behind it. lost: pieces that are missing by their numbers. unreadable: samples that
-    refer to what is lost, or that a newer tendonrod wrote; they are left out.
+    refer to what is lost, or that a newer tendonrod wrote; they are left out. strange: pieces that are whole and yet
+    nothing that this version knows, or that stand where an earlier one should: no recorder of tendonrod wrote that.
     """
 
     name: str
@@ -64,6 +68,7 @@ class Record:
     reserved: int = 0
     lost: int = 0
     unreadable: int = 0
+    strange: int = 0
 
     def __post_init__(self) -> None:
         for name in ("samples", "frames", "frame_sample", "fault_rows", "fault_sample"):
@@ -88,6 +93,7 @@ class Record:
             f"damaged in {_count(len(self.damage), 'place')}, {_count(spoilt, 'byte')}": spoilt,
             f"{_count(self.lost, 'piece')} missing": self.lost,
             f"{_count(self.unreadable, 'sample')} unreadable": self.unreadable,
+            f"{_count(self.strange, 'piece')} of unknown content or out of place": self.strange,
             f"{_count(dropped, 'byte')} never written": dropped,
             f"{_count(refused, 'sample')} of wrong types, told in the messages": refused,
         }
@@ -158,31 +164,50 @@ class _Found:
     lost: int = 0
     torn: int = 0
     reserved: int = 0
+    strange: int = 0
 
     def __post_init__(self) -> None:
         expected = 0
         for each in pieces(self.data):
             if isinstance(each, Piece):
                 self.pieces += 1
-                self.lost += (each.number - expected) & 0xFFFFFFFF
+                self._count_missing((each.number - expected) & 0xFFFFFFFF)
                 expected = each.number + 1
                 self._take(each)
             else:
                 self._skip(*each)
 
+    def _count_missing(self, gap: int) -> None:
+        """A number may be ahead of the one expected; one that is behind has been there, or belongs elsewhere."""
+        if gap < 1 << 31:
+            self.lost += gap
+        else:
+            self.strange += 1
+
     def _take(self, piece: Piece) -> None:
         if piece.kind == SAMPLE_PIECE:
             self.samples.append(piece)
             return
-        content = self.data[piece.start : piece.stop]
-        if piece.kind == TEXT:
-            self.texts[int.from_bytes(content[:4], "little")] = content[4:].decode("utf-8", "surrogatepass")
-        elif piece.kind == MESSAGE:
-            self.messages.append(Message(*json.loads(content)))
-        elif piece.kind == HEADER:
-            self.header = json.loads(content)
-        elif piece.kind == END:
-            self.end = json.loads(content)
+        try:
+            self._understand(piece.kind, self.data[piece.start : piece.stop])
+        except NONSENSE:  # its checksum is right: no accident, but another program's or a newer version's
+            self.strange += 1
+
+    def _understand(self, kind: int, content: bytes) -> None:
+        """Raises ValueError and TypeError for what is no content of its kind."""
+        if kind == TEXT:
+            number, text = content[:4], content[4:].decode("utf-8", "surrogatepass")
+            self.texts[struct.unpack("<I", number)[0]] = text
+        elif kind == MESSAGE:
+            time, level, text = json.loads(content)
+            self.messages.append(Message(float(time), str(level), str(text)))
+        elif kind == HEADER:
+            self.header = _mapping(content)
+        elif kind == END:
+            told = _mapping(content)
+            self.end = told | {name: int(told.get(name, 0)) for name in ("lost_bytes", "refused")}
+        else:
+            raise ValueError(kind)
 
     def _skip(self, start: int, stop: int) -> None:
         if stop < len(self.data):
@@ -196,22 +221,14 @@ class _Found:
         if version != VERSION:
             allowed = f"{VERSION}; a newer tendonrod reads this file"
             raise InvalidInput(f"{name}: record_version", version, allowed)
-        starts = np.array([each.start for each in self.samples], dtype=np.int64)
-        rows, starts = _gathered(self.data, starts, SAMPLE), starts + SAMPLE.itemsize
-        faulty, counts = rows["faulty"] > 0, rows["frames"].astype(np.int64)
-        faults = _gathered(self.data, starts[faulty], FAULT)
-        starts = starts + faulty * FAULT.itemsize
-        owner = np.repeat(np.arange(len(rows)), counts)
-        within = np.arange(len(owner)) - np.repeat(np.cumsum(counts) - counts, counts)
-        frames = _gathered(self.data, starts[owner] + within * FRAME.itemsize, FRAME)
-        tables = _Tables(rows, frames, owner, faults, np.flatnonzero(faulty))
-        return self._record(name, tables.only(tables.understood(self.texts)), len(rows))
+        found = tables(self.data, self.samples)
+        return self._record(name, found.only(found.understood(self.texts)))
 
-    def _record(self, name: str, tables: _Tables, n: int) -> Record:
+    def _record(self, name: str, found: Tables) -> Record:
         return Record(
             name=name,
             header=MappingProxyType(dict(self.header)),
-            **tables._asdict(),
+            **found._asdict(),
             texts=MappingProxyType(self.texts),
             messages=tuple(self.messages),
             end=MappingProxyType(dict(self.end)),
@@ -219,46 +236,16 @@ class _Found:
             torn=self.torn,
             reserved=self.reserved,
             lost=self.lost,
-            unreadable=n - len(tables.samples),
+            unreadable=len(self.samples) - len(found.samples),
+            strange=self.strange,
         )
 
 
-class _Tables(NamedTuple):
-    samples: np.ndarray
-    frames: np.ndarray
-    frame_sample: np.ndarray
-    fault_rows: np.ndarray
-    fault_sample: np.ndarray
-
-    def understood(self, texts: Mapping[int, str]) -> np.ndarray:
-        """(n,) whether the words of a sample are known, and those of its fault and frames."""
-        found = _known(self.samples["state"], texts, State)
-        kinds = _known(self.fault_rows["kind"], texts, FaultKind) & _known(self.fault_rows["where"], texts)
-        found[self.fault_sample[~(kinds & _known(self.fault_rows["reaction"], texts, Reaction))]] = False
-        found[self.frame_sample[~(_known(self.frames["tool"], texts) & _known(self.frames["state"], texts))]] = False
-        return found
-
-    def only(self, which: np.ndarray) -> _Tables:
-        """The rows of some samples."""
-        if which.all():
-            return self
-        at, of_frame, of_fault = np.cumsum(which) - 1, which[self.frame_sample], which[self.fault_sample]
-        frames, faults = self.frame_sample[of_frame], self.fault_sample[of_fault]
-        return _Tables(self.samples[which], self.frames[of_frame], at[frames], self.fault_rows[of_fault], at[faults])
-
-
-def _known(ids: np.ndarray, texts: Mapping[int, str], words: type | None = None) -> np.ndarray:
-    allowed = None if words is None else {each.value for each in words}  # pyright: ignore[reportGeneralTypeIssues]
-    names, where = np.unique(ids, return_inverse=True)
-    known = [each in texts and (allowed is None or texts[each] in allowed) for each in names.tolist()]
-    return np.array(known, dtype=bool)[where]
-
-
-def _gathered(data: bytes, starts: np.ndarray, kind: np.dtype) -> np.ndarray:
-    """(k,) rows of ``kind`` that start at these bytes."""
-    rows = np.empty((len(starts), kind.itemsize), dtype=np.uint8)
-    rows[:] = np.frombuffer(data, dtype=np.uint8)[starts[:, None] + np.arange(kind.itemsize)]
-    return rows.view(kind)[:, 0]
+def _mapping(content: bytes) -> dict[str, Any]:
+    found = json.loads(content)
+    if not isinstance(found, dict):
+        raise TypeError(found)
+    return found
 
 
 def _count(n: int, what: str) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -122,7 +122,7 @@ class PlayedAxis:
         """Keep a velocity of 0."""
         self.move(0.0)
 
-    def home(self) -> None:
+    def home(self, should_stop: Callable[[], bool] | None = None) -> None:
         """Nothing."""
 
 

@@ -14,8 +14,8 @@ tension passes its limit releases. Stop is a person's word: nothing moves after 
 What is not here: loss of this process. No check of a process survives it, so axes must stop by themselves when commands
 stay away: the board's watchdog (`rig.firmware`) and the virtual axes do, within command_timeout. They then stand still
 with the tendon under its tension; `Interlock.release` slackens it from any state of the next session, idle too. Homing
-moves inside the devices and is not watched; it is refused unless the tendon is slack (`rig.guarded`). Rotation is not
-counted as raising tension.
+moves inside the devices: there `rig.guarded` looks at the load cell and at who asks for a stop, and refuses to begin
+unless the tendon is slack. Rotation is not counted as raising tension.
 """
 
 from __future__ import annotations

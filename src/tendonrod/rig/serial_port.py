@@ -26,6 +26,8 @@ def open_port(port: str, baud: int) -> Serial:
         # pyserial's own lock comes first: TIOCEXCL stays with a terminal until its last close.
         opened = serial.Serial(port, baud, timeout=READ_SLICE, write_timeout=WRITE_LIMIT, exclusive=True)
     except (OSError, ValueError) as error:  # SerialException is an OSError
+        if "baud" in str(error).lower():
+            raise DeviceError(f"{port}: cannot run at {baud} baud") from None
         raise DeviceError(f"{port}: {_reason(port, error)}; {_what_there_is(port)}") from None
     _keep_others_out(opened)
     _lower_latency(opened)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import StrEnum
+from math import nan
+from typing import NamedTuple
 
 
 class State(StrEnum):
@@ -46,6 +48,30 @@ class FaultKind(StrEnum):
     EMERGENCY = "emergency stop"
     RECORD = "record cannot be written"
     CONTROLLER = "controller failed"
+    STUCK = "task does not get on"
+
+
+BELOW_ZERO = "load cell below zero"
+_UNITS = {
+    FaultKind.TENSION: "N",
+    FaultKind.TENSION_RATE: "N/s",
+    FaultKind.TENSION_LOST: "m",
+    FaultKind.SATURATION: "N",
+    FaultKind.STALE_SENSOR: "s",
+    FaultKind.TRACKER_LOST: "s",
+    FaultKind.COMMAND_TIMEOUT: "s",
+    FaultKind.LATE: "s",
+}
+_PER_AXIS = {FaultKind.TRAVEL: "", FaultKind.SPEED: "/s", FaultKind.ENCODER_JUMP: "", FaultKind.STALL: ""}
+
+
+class Finding(NamedTuple):
+    """A condition found: its kind, the value, the limit that it passed, and where."""
+
+    kind: FaultKind
+    value: float = nan
+    limit: float = nan
+    where: str = ""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -55,11 +81,26 @@ class Fault:
     kind: FaultKind
     time: float
     reaction: Reaction
-    value: float = float("nan")
-    limit: float = float("nan")
+    value: float = nan
+    limit: float = nan
     where: str = ""
 
+    @property
+    def unit(self) -> str:
+        """Of value and limit, "" for a number without."""
+        if self.kind in _PER_AXIS:
+            return ("rad" if self.where.startswith("rotation") else "m") + _PER_AXIS[self.kind]
+        if self.kind is FaultKind.TENSION_LOST and self.where == BELOW_ZERO:
+            return "N"  # the reading itself, not the pull that it does not answer
+        return _UNITS.get(self.kind, "")
+
+    @property
+    def passed(self) -> str:
+        """The value and what was allowed, with their unit; "" where there is none."""
+        if self.value != self.value:
+            return ""
+        return ", allowed".join(f" {x:.4g} {self.unit}".rstrip() for x in (self.value, self.limit)).strip()
+
     def __str__(self) -> str:
-        place = f" ({self.where})" if self.where else ""
-        passed = "" if self.value != self.value else f": {self.value:.4g}, allowed {self.limit:.4g}"
+        place, passed = f" ({self.where})" if self.where else "", f": {self.passed}" if self.passed else ""
         return f"{self.kind.value}{place}{passed}; {self.reaction.value}"

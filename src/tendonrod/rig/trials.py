@@ -129,6 +129,7 @@ def perform(
         header = header_of(robot, **told | known)
         header |= {"bench": bench.name, "limits": asdict(narrowed), "full_scale": bench.load_cell.full_scale}
         recorder = Recorder(path, header)
+        unused.callback(recorder.close, "nothing was run")
         with around(guarded.interlock), safely(guarded, recorder):
             unused.pop_all()  # from here on `safely` closes it
             given = (guarded, recorder)

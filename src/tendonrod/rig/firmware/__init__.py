@@ -1,7 +1,8 @@
 """Firmware of the motor board in portable C, and how to build and run it as an emulator on this machine.
 
 `board.c`, `motion.c`, `line.c` and `config.c` are the board's; hardware is behind `hal.h`. `hal_emulator.c` and
-`emulator.c` take its place here. Nothing of this has met a real board; docs/bench_protocol.rst says what one needs.
+`emulator.c` take its place here. `python -m tendonrod.rig.firmware` runs a board to rehearse a bench on. Nothing of
+this has met a real board; docs/bench_protocol.rst says what one needs.
 """
 
 from __future__ import annotations
@@ -11,24 +12,30 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from ..interfaces import DeviceError
 
 FOLDER = Path(__file__).parent
 PORTABLE = ("board.c", "motion.c", "line.c", "config.c")
 EMULATOR = ("hal_emulator.c", "emulator.c")
+CONFIG_OF_REHEARSAL = FOLDER / "config_rehearsal.c"
 STRICT = ("-std=c99", "-O2", "-Wall", "-Wextra", "-Werror", "-pedantic")
 
 
-def build(folder: str | Path, *, compiler: str = "gcc", options: tuple[str, ...] = ()) -> Path:
+def build(
+    folder: str | Path, *, compiler: str = "gcc", options: tuple[str, ...] = (), config: str | Path | None = None
+) -> Path:
     """Compile the emulator into ``folder``, which must exist; the path of the executable.
 
-    ``options`` are handed to the compiler, such as ``-fsanitize=address,undefined``. Raises `DeviceError` where there
-    is no compiler, or where it refuses; nothing else is run or written.
+    ``config``: a board's numbers in place of those of `config.c`. ``options`` are handed to the compiler, such as
+    ``-fsanitize=address,undefined``. Raises `DeviceError` where there is no compiler, or where it refuses; nothing else
+    is run or written.
     """
     program = Path(folder) / "bench-emulator"
-    sources = [str(FOLDER / name) for name in (*PORTABLE, *EMULATOR)]
-    command = [compiler, *STRICT, *options, "-o", str(program), *sources, "-lm"]
+    sources = [str(FOLDER / name) for name in (*PORTABLE, *EMULATOR) if config is None or name != "config.c"]
+    sources += [] if config is None else [str(config)]
+    command = [compiler, *STRICT, *options, f"-I{FOLDER}", "-o", str(program), *sources, "-lm"]
     try:
         done = subprocess.run(command, capture_output=True, text=True, timeout=120)
     except FileNotFoundError:
@@ -62,3 +69,14 @@ def running(program: str | Path, *options: str) -> Iterator[Emulator]:
             yield Emulator(port=port, process=process)
         finally:
             process.kill()
+
+
+@contextmanager
+def rehearsal(config: str | Path = CONFIG_OF_REHEARSAL, *options: str) -> Iterator[Emulator]:
+    """Build and run a board with ``config``'s numbers and ExoNav 1's tendon, nearly taut at the references.
+
+    Unlike the plain emulator it can be driven by `rig hold`, `ftl` and the other tasks. ``options`` as `running` takes
+    them. Raises `DeviceError` as `build` does.
+    """
+    with TemporaryDirectory() as folder, running(build(folder, config=config), "--rehearsal", *options) as emulator:
+        yield emulator

@@ -1,11 +1,14 @@
 /* The board in a process of its own, on a pseudo-terminal in real time, or from standard input in simulated time.
 
-   emulator [--stdio] [--homed] [--jam AXIS] [--mute] [--watchdog MS] [--firmware NAME] [--protocol N] [--noise N SEED]
+   emulator [--stdio] [--homed] [--jam AXIS] [--dead AXIS] [--stuck AXIS] [--encoder N] [--clock US] [--mute]
+            [--watchdog MS] [--firmware NAME] [--protocol N] [--noise N SEED] [--rehearsal]
 
    On a pseudo-terminal the first line of standard output is its name; the process ends when its standard input does.
    SIGUSR1 restarts the board. --stdio: a millisecond passes with every newline, and a last line on standard error tells
-   what was moved. --homed: the axes begin homed, in mid-travel, the tendon just taut. --noise: one byte in N, either way,
-   has a bit flipped. */
+   what was moved. --homed: the axes begin homed, in mid-travel, the tendon just taut. --dead, --stuck: the
+   axis's reference switch is never, always pressed. --encoder: what all show at power-up. --clock: what it shows then,
+   with --stdio. --noise: one byte in N, either way, has a bit flipped. --rehearsal: the tendon is ExoNav 1's, nearly taut
+   at the references. */
 #define _DEFAULT_SOURCE
 #define _XOPEN_SOURCE 600
 #include "board.h"
@@ -28,7 +31,9 @@ static int line = STDOUT_FILENO;
 static unsigned long noise_every, noise_state;
 static bool is_mute;
 static const char *firmware = FIRMWARE;
-static int protocol = PROTOCOL, jammed = -1, watchdog_ms = WATCHDOG_US / 1000;
+static int protocol = PROTOCOL, jammed = -1, dead = -1, stuck = -1, watchdog_ms = WATCHDOG_US / 1000;
+static int32_t encoder;
+static uint32_t clock_at;
 static volatile sig_atomic_t wants_restart;
 
 static unsigned long chance(void)
@@ -60,6 +65,8 @@ static void start(void)
     board.protocol = protocol;
     board.watchdog = (uint32_t)watchdog_ms * 1000u;
     plant.jammed = jammed;
+    plant.dead = dead;
+    plant.stuck = stuck;
 }
 
 static void assume_homed(void)
@@ -68,7 +75,7 @@ static void assume_homed(void)
     for (int i = 0; i < AXES; i++) {
         plant.position[i] = plant.powered_at[i] = middle[i];
         motion_start(&board.axes[i], i);
-        board.axes[i].zero = -(int32_t)middle[i];
+        board.axes[i].zero = (int32_t)((uint32_t)plant.encoder - (uint32_t)(int32_t)middle[i]);
         board.axes[i].is_homed = true;
     }
 }
@@ -164,7 +171,7 @@ static int usage(const char *word)
 
 int main(int count, char **words)
 {
-    bool is_homed = false, is_stdio = false;
+    bool is_homed = false, is_stdio = false, is_rehearsal = false;
     plant_output = send_out;
     for (int i = 1; i < count; i++) {
         const char *word = words[i];
@@ -174,8 +181,18 @@ int main(int count, char **words)
             is_homed = true;
         else if (strcmp(word, "--mute") == 0)
             is_mute = true;
+        else if (strcmp(word, "--rehearsal") == 0)
+            is_rehearsal = true;
         else if (strcmp(word, "--jam") == 0 && i + 1 < count)
             jammed = atoi(words[++i]) - 1;
+        else if (strcmp(word, "--dead") == 0 && i + 1 < count)
+            dead = atoi(words[++i]) - 1;
+        else if (strcmp(word, "--stuck") == 0 && i + 1 < count)
+            stuck = atoi(words[++i]) - 1;
+        else if (strcmp(word, "--encoder") == 0 && i + 1 < count)
+            encoder = (int32_t)atol(words[++i]);
+        else if (strcmp(word, "--clock") == 0 && i + 1 < count)
+            clock_at = (uint32_t)strtoul(words[++i], NULL, 10);
         else if (strcmp(word, "--firmware") == 0 && i + 1 < count)
             firmware = words[++i];
         else if (strcmp(word, "--protocol") == 0 && i + 1 < count)
@@ -188,6 +205,10 @@ int main(int count, char **words)
             return usage(word);
     }
     plant_start();
+    if (is_rehearsal)
+        plant_rehearse();
+    plant.encoder = encoder;
+    plant.micros = clock_at;
     start();
     if (is_homed)
         assume_homed();

@@ -7,6 +7,9 @@ static int64_t magnitude(int64_t value) { return value < 0 ? -value : value; }
 
 static int sign(int64_t value) { return (value > 0) - (value < 0); }
 
+/* Encoders count modulo 2**32: a difference is right as long as it is itself below 2**31, 2.1 m or 341 turns. */
+static int32_t difference(int32_t later, int32_t earlier) { return (int32_t)((uint32_t)later - (uint32_t)earlier); }
+
 void motion_start(Motion *motion, int index)
 {
     int32_t encoder = hal_position(index);
@@ -16,11 +19,11 @@ void motion_start(Motion *motion, int index)
     hal_drive(index, 0);
 }
 
-int32_t motion_position(const Motion *motion) { return hal_position(motion->index) - motion->zero; }
+int32_t motion_position(const Motion *motion) { return difference(hal_position(motion->index), motion->zero); }
 
 int32_t motion_velocity(const Motion *motion)
 {
-    int64_t travel = (int64_t)motion->history[motion->newest] - motion->history[(motion->newest + 1) % HISTORY];
+    int64_t travel = difference(motion->history[motion->newest], motion->history[(motion->newest + 1) % HISTORY]);
     return (int32_t)(travel * 1000 / (HISTORY - 1));
 }
 
@@ -53,10 +56,10 @@ static int32_t ramped(const Motion *motion, int32_t velocity)
     return motion->setpoint + (change > step ? step : change < -step ? -step : change);
 }
 
-static bool is_against_switch(const Motion *motion)
+static bool is_against_switch(const Motion *motion, int32_t velocity)
 {
     unsigned pressed = hal_switches(motion->index);
-    return (motion->setpoint < 0 && (pressed & SWITCH_LOW)) || (motion->setpoint > 0 && (pressed & SWITCH_HIGH));
+    return (velocity < 0 && (pressed & SWITCH_LOW)) || (velocity > 0 && (pressed & SWITCH_HIGH));
 }
 
 static void ramp(Motion *motion)
@@ -65,7 +68,7 @@ static void ramp(Motion *motion)
     if (motion->is_homed && wanted != 0 && !can_brake(motion, wanted))
         wanted = sign(wanted) == sign(motion->setpoint) ? ramped(motion, 0) : 0;
     motion->setpoint = wanted;
-    if (is_against_switch(motion))
+    if (is_against_switch(motion, motion->setpoint))
         motion->setpoint = 0;
 }
 
@@ -82,7 +85,7 @@ static void check_stall(Motion *motion)
     motion->commanded += motion->setpoint;
     if (magnitude(motion->commanded) < motion->config->follow * (int64_t)1000000)
         return;
-    gone = ((int64_t)hal_position(motion->index) - motion->followed_from) * sign(motion->commanded);
+    gone = (int64_t)difference(hal_position(motion->index), motion->followed_from) * sign(motion->commanded);
     motion->is_stalled = motion->is_stalled || 4 * gone < motion->config->follow * (int64_t)1000;
     follow_anew(motion);
 }
@@ -113,6 +116,8 @@ static void advance_homing(Motion *motion)
         motion->target = 0;
         motion->is_homed = motion->setpoint == 0;
         motion->homing = motion->is_homed ? HOME_NONE : HOME_CLEAR;
+    } else if (is_against_switch(motion, motion->target)) {
+        fail_homing(motion);  /* it stands there for good: the reference switch is dead, or never lets go */
     }
 }
 

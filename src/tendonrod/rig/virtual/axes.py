@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from math import sqrt
 from typing import TYPE_CHECKING
 
@@ -111,14 +112,27 @@ class VirtualAxis:
         self._answer()
         self._tell(0.0, True)
 
-    def home(self) -> None:
+    def home(self, should_stop: Callable[[], bool] | None = None) -> None:
         """See `Axis`; time passes. Raises `DeviceError` where the axis does not come to its reference."""
         self._answer()
+        self._homed, is_there = False, False
+        try:
+            is_there = self._sought(should_stop or (lambda: False))
+        finally:
+            if not is_there:
+                self._tell(0.0, True)
+        if is_there:
+            self._zero, self._homed = float(self._rng.normal(0.0, self._drive.model.home_error)), True
+
+    def _sought(self, should_stop: Callable[[], bool]) -> bool:
+        """Moved to the reference; False where it was stopped on the way."""
         drive, model, world = self._drive, self._drive.model, self._world
         speed = HOMING_SPEED * model.speed
         give_up = world.time + 2.0 * abs(drive.motor) / speed + 2.0 * speed / model.acceleration + 1.0
         near = max(model.resolution, 1e-9)
         while abs(drive.motor) > near or drive.velocity:
+            if should_stop():
+                return False
             if world.time > give_up:
                 raise DeviceError(f"{self.name} does not come to its reference")
             left = abs(drive.motor)
@@ -126,7 +140,7 @@ class VirtualAxis:
             self._tell(0.0 if left <= near else -aim if drive.motor > 0.0 else aim, False)
             self._clock.wait_until(world.time + HOMING_STEP)
             self._answer()
-        self._zero, self._homed = float(self._rng.normal(0.0, model.home_error)), True
+        return True
 
     def _tell(self, velocity: float, hard: bool) -> None:
         if not self._world.schedule.active(InjectionKind.COMMAND_LOSS, self._world.time, self.name):

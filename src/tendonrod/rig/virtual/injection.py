@@ -17,7 +17,8 @@ class InjectionKind(StrEnum):
     """What can be made to go wrong; ``where`` and ``value`` as said."""
 
     CELL_NAN = "load cell gives no number"
-    CELL_STALE = "load cell repeats its last reading"
+    CELL_STALE = "load cell repeats its last reading"  # with its old time
+    CELL_FROZEN = "load cell stands still"  # the same value with new times, as where a converter hangs
     CELL_SATURATED = "load cell at its full scale"
     CELL_JUMP = "load cell jumps"  # by value, N
     CELL_DEAD = "load cell reads zero"  # whatever pulls at it, as with a broken wire

@@ -39,6 +39,8 @@ class VirtualLoadCell:
         if world.schedule.active(kind.CELL_STALE, time):
             return self._force
         reading = self._reading(time)
+        if world.schedule.active(kind.CELL_FROZEN, time):
+            reading = self._force.tension
         if world.schedule.active(kind.CELL_DEAD, time):
             reading = 0.0
         if jump := world.schedule.active(kind.CELL_JUMP, time):

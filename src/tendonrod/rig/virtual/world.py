@@ -55,6 +55,7 @@ class World:
         self._rolled = self.drives["translation"].load, self.drives["rotation"].load
         self._lag = 0.0, 0.0
         self._settle()
+        self._step(0.0)  # a tendon that is taut from the start holds its axes on their flanks
         self.felt = self.mechanics.tension
 
     @property
