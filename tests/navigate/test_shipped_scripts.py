@@ -34,3 +34,13 @@ def test_the_command_line_says_the_same(result, tmp_path):
     assert said["targets"]["lateral-left@T10"]["within_limits"]
     assert said["outside_limits"] == said["outside_model"] == 0.0
     assert list((tmp_path / "run").glob("*.jsonl"))
+
+
+def test_the_virtual_bench_carries_a_script_out(result, tmp_path):
+    """Slowed to what its lead screw can do, with the tension held by its PI: it comes to the same place."""
+    path = FOLDER / "lateral-right-T10.csv"
+    said = result("navigate", "--script", path, "--headless", "--bench", "virtual", "--output", tmp_path / "run")
+    moves = read_script(path)
+    assert said["targets"]["lateral-right@T10"]["within_limits"]
+    assert said["duration"] > sum(move.duration for move in moves)
+    assert said["insertion"] == pytest.approx(sum(each.duration * each.jog.insertion for each in moves), abs=1e-4)

@@ -123,7 +123,7 @@ def test_a_torn_record_is_asked_as_far_as_it_goes(whole, tmp_path):
 def test_the_limits_of_a_record_are_those_of_its_bench(whole, tmp_path):
     limits = limits_of_record(whole)
     assert limits.screw.speed == 3e-3
-    assert bits(limits)[1][0] == bits(whole.header["limits"]["tension"])
+    assert bits(limits.tension) == bits(whole.header["limits"]["tension"])
     for wrong in (None, {"tension": 1.0}, dict(whole.header["limits"]) | {"colour": "red"}):
         with pytest.raises(InvalidInput, match="limits"):
             ask_again(rewritten(whole, tmp_path / f"{len(str(wrong))}.rec", limits=wrong))

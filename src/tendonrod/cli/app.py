@@ -87,6 +87,7 @@ COMMANDS = {
     navigate: (
         "tendonrod navigate",
         "tendonrod navigate --phantom anatomical --no-browser --port 0",
+        "tendonrod navigate --bench virtual",
         "tendonrod navigate --host 0.0.0.0 --no-browser",
         "tendonrod navigate --script moves.csv --headless --output run",
     ),

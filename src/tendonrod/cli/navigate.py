@@ -13,11 +13,13 @@ from . import output as out
 from .arguments import Json, whole
 
 if TYPE_CHECKING:
+    from ..navigate.drive import Drive
     from ..navigate.scenario import Scenario
 
 PORT = "8420"
 LOOPBACK = "127.0.0.1"
 FOLDER = "navigate-sessions"
+VIRTUAL = "virtual"
 
 
 def navigate(
@@ -36,6 +38,10 @@ def navigate(
         str | None,
         typer.Option(metavar="FILE.toml", help="Robot, phantom, outer tube, gravity and limits, units in its keys."),
     ] = None,
+    bench: Annotated[
+        str | None,
+        typer.Option(metavar="FILE.toml", help="Steer the robot on this bench, or on the one called virtual."),
+    ] = None,
     port: Annotated[str, typer.Option(metavar="NUMBER", help="Of the page; 0 for any free one.")] = PORT,
     host: Annotated[
         str, typer.Option(metavar="ADDRESS", help="To listen on; beyond this machine a token is asked for.")
@@ -53,17 +59,21 @@ def navigate(
     Keys in the page: W and S insert and retract, A and D turn, Q and E pull and let go; gamepad and buttons too.
     Everything stops when nothing is held. Every command goes to a record in DIR, which the page replays. Ctrl-C ends.
 
+    On a bench the page shows the robot at the insertion, rotation and tension that are measured. No bench knows the
+    phantom: only the picture has its walls.
+
     FILE.csv has the columns duration_s, insertion_mm_per_s, rotation_deg_per_s and tension_n_per_s.
     """
     _check(script, headless, json)
     number = whole("--port", port, 0, 65535)
     made = _maker(scene, phantom=phantom, levels=levels, entry=entry, robot=robot, torsion=torsion)
+    driven = partial(_driven, bench, headless)
     if script is not None:
         from .navigate_script import run_script
 
-        run_script(made, script, output, json)
+        run_script(made, driven, script, output, json)
     else:
-        _serve(made, output, host, number, not no_browser)
+        _serve(made, driven, output, host, number, not no_browser)
 
 
 def _check(script: str | None, headless: bool, json: bool) -> None:
@@ -82,7 +92,26 @@ def _maker(scene: str | None, **options: str | None) -> Callable[[], Scenario]:
     return partial(read_scenario, scene, **options)
 
 
-def _serve(made: Callable[[], Scenario], output: str, host: str, port: int, browser: bool) -> None:
+def _driven(bench: str | None, headless: bool, scenario: Scenario) -> Drive | None:
+    """The bench that was asked for, None for none; it stands as the outer tube does, so gravity pulls as there.
+
+    A virtual one runs in real time under the page, and as fast as it can under a script.
+    """
+    if bench is None:
+        return None
+    from ..navigate.bench_drive import BenchDrive
+    from ..rig.benchfile import default_bench, read_bench
+
+    file = default_bench() if bench == VIRTUAL else read_bench(bench, "--bench")
+    gx, gy, gz = (scenario.tube.pose[:3, :3].T @ scenario.gravity).tolist()
+    source = file.source(scenario.robot, (gx, gy, gz), file.is_virtual and not headless)
+    return BenchDrive(scenario, source, own_thread=not (file.is_virtual and headless))
+
+
+def _serve(
+    made: Callable[[], Scenario], driven: Callable[[Scenario], Drive | None], output: str, host: str, port: int,
+    browser: bool,
+) -> None:  # fmt: skip
     from ..navigate.doors import Door
     from ..navigate.records import Records
     from ..navigate.server import listening, serve
@@ -91,7 +120,8 @@ def _serve(made: Callable[[], Scenario], output: str, host: str, port: int, brow
 
     at = listening(host, port)  # before the phantom is built, so that a taken port is told at once
     records = Records(out.directory("--output", output))
-    service = Service(Session(made()), records)
+    scenario = made()
+    service = Service(Session(scenario, driven(scenario)), records)
     door = Door.at(host, at.getsockname()[1])
 
     def ready() -> None:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from . import output as out
 
 if TYPE_CHECKING:
+    from ..navigate.drive import Drive
     from ..navigate.metrics import Metrics
     from ..navigate.scenario import Scenario
     from ..navigate.script import Move
@@ -16,17 +17,23 @@ if TYPE_CHECKING:
     from ..navigate.snapshot import Snapshot
 
 
-def run_script(made: Callable[[], Scenario], script: str, output: str, json: bool) -> None:
+def run_script(
+    made: Callable[[], Scenario], driven: Callable[[Scenario], Drive | None], script: str, output: str, json: bool
+) -> None:
     """Play the script, record it, print its metrics and write them beside the record."""
+    from ..navigate.bench_drive import BenchDrive
     from ..navigate.record import SessionRecord
     from ..navigate.records import Records
-    from ..navigate.script import read_script
+    from ..navigate.script import read_script, slowed
     from ..navigate.session import Session
 
     moves = read_script(script)  # before the phantom is built, so that a bad one is told at once
     path = Records(out.directory("--output", output)).fresh()
     scenario = made()
-    session = Session(scenario, record=SessionRecord(path))
+    drive = driven(scenario)
+    if isinstance(drive, BenchDrive):
+        moves = slowed(moves, drive.fastest)
+    session = Session(scenario, drive, SessionRecord(path))
     try:
         found, refused = _played(session, moves)
     finally:

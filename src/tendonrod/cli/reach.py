@@ -55,14 +55,25 @@ def reach(
     results = []
     with out.progress_bar("looking for ways") as watch:
         for k, name in enumerate(names):
-            told = lambda what, done, of, k=k: watch(k + done / of, len(names), f"way to {what}")  # noqa: E731
-            results.append(reached(scenario, name, drawn_by, told))
+            results.append(reached(scenario, name, drawn_by, _Rising(watch, k, len(names))))
     if folder is not None:
         _write(folder, scenario, results)
     if json:
         out.say_json(as_dict(scenario, results))
     else:
         out.say(page(scenario, results))
+
+
+class _Rising:
+    """Progress over targets, each of which takes nobody knows how many searches: it rises all the same."""
+
+    def __init__(self, watch: Any, k: int, count: int) -> None:
+        self._watch, self._k, self._count, self._done = watch, k, count, dict[str, float]()
+
+    def __call__(self, what: str, done: int, of: int) -> None:
+        self._done[what] = max(self._done.get(what, 0.0), done / of)
+        share = 1.0 - 1.0 / (1.0 + sum(self._done.values()))
+        self._watch(self._k + share, self._count, f"target {self._k + 1} of {self._count}, {what}")
 
 
 def _chosen(scenario: Scenario, asked: list[str]) -> list[str]:

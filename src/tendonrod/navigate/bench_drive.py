@@ -6,22 +6,26 @@ them. A bench does not know the phantom: a virtual one has no walls, and pushes 
 
 from __future__ import annotations
 
+import atexit
 import threading
 from math import isfinite
 
 from ..errors import Fact, InvalidInput, TendonrodError, positive
 from ..rig.benches import BenchSource, as_source
-from ..rig.drives import Machine
+from ..rig.drives import TURN, Machine
 from ..rig.ending import leave_slack
 from ..rig.guarded import GuardedBench
 from ..rig.interfaces import STILL, Sample
 from ..rig.loop import drive, prepare
 from ..rig.states import FaultKind, State
 from ..rig.trials import RATE, limits_of
-from .commands import Jog, Posture
+from .commands import FASTEST, Jog, Posture
+from .dead_man import GRACE
 from .scenario import Scenario
 from .teleoperate import Teleoperate
 
+KEPT = 0.9  # share of an axis' speed that leaves room for control
+SOFTEST = 4e-3  # m/N, compliance of robot and tendon that is reckoned with
 RETRACTED = 50e-6  # m: a robot that is no further out counts as retracted
 
 
@@ -30,7 +34,7 @@ class BenchDrive:
 
     source: see `rig.benches`; opened here, homed and armed. On a bench that is faster than real time each `advance`
     runs its periods itself, and the same commands give the same session. With ``own_thread``, as real devices need, the
-    loop runs beside the session, and stops by itself `DEAD_MAN` after the last `advance`.
+    loop runs beside the session, and stops by itself `GRACE` after the time of the last `advance`.
 
     Raises `InvalidInput` where the source's robot is not the scenario's, and what opening and homing raise.
     """
@@ -46,11 +50,12 @@ class BenchDrive:
         self._lock, self._closed, self._broken = threading.Lock(), False, ""
         try:
             self._task = self._prepared(scenario)
-            self._due = self._bench.clock.now()
+            self._due, self._owed = self._bench.clock.now(), 0.0
             self._measured = self._seen(self._bench.sense())
         except BaseException:
             self._bench.close()
             raise
+        atexit.register(self.close)  # a program may end without closing, and the tendon would stay under tension
         self._thread = threading.Thread(target=self._loop, name="bench", daemon=True) if own_thread else None
         if self._thread is not None:
             self._thread.start()
@@ -62,6 +67,18 @@ class BenchDrive:
         """What the bench measured last."""
         with self._lock:
             return self._measured
+
+    @property
+    def fastest(self) -> Jog:
+        """What the axes can follow for long: the screw must keep pace with the robot, which the tendon holds to it."""
+        limits = self._bench.interlock.limits
+        speed = min(limits.screw.speed, limits.translation.speed)
+        turns = TURN * abs(self._task.machine.turns) * speed / self._length if self._task.coupled else 0.0
+        rotation = max(limits.rotation.speed - turns, 0.1 * limits.rotation.speed)
+        return Jog(
+            insertion=KEPT * speed, rotation=min(KEPT * rotation, FASTEST["rotation"]),
+            tension=min(speed / SOFTEST, FASTEST["tension"]),
+        )  # fmt: skip
 
     @property
     def coupled(self) -> bool:
@@ -81,10 +98,13 @@ class BenchDrive:
     def advance(self, jog: Jog, dt: float) -> Posture:
         """Steer at ``jog`` for ``dt`` s of the bench's time, and give what it measured then."""
         if self._thread is not None:
-            self._task.steer(jog)
+            self._task.steer(jog, dt + GRACE)
             return self.posture
-        self._task.steer(jog, dt)
-        for _ in range(max(1, round(dt / self._period))):
+        self._owed += dt
+        periods = max(1, round(self._owed / self._period))
+        self._owed -= periods * self._period  # what is left over counts with the next: sessions and bench keep pace
+        self._task.steer(jog, (periods + 0.5) * self._period)
+        for _ in range(periods):
             self._due += self._period
             self._bench.clock.wait_until(self._due)
             self._run_period()
@@ -103,6 +123,7 @@ class BenchDrive:
         if self._closed:
             return
         self._closed = True
+        atexit.unregister(self.close)
         self._task.finish()
         if self._thread is not None:
             self._thread.join()
@@ -124,9 +145,10 @@ class BenchDrive:
         """The bench's own loop, until the task is finished or a fault has settled."""
         try:
             drive(self._bench, self._task, rate=1.0 / self._period, watch=lambda moment: self._look(moment.sample))
-        except Exception as error:  # noqa: BLE001 - a thread that dies must be told, and leaves the axes to stop
+        except Exception as error:  # noqa: BLE001 - a thread that dies must be told, and leave nothing in motion
             self._broken = f"the bench's loop broke: {type(error).__name__}: {error}"
             self._bench.interlock.emergency(self._broken)
+            leave_slack(self._bench)
 
     def _run_period(self) -> None:
         """One period of the bench, as `rig.loop.drive` runs them."""

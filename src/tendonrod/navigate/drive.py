@@ -11,10 +11,20 @@ from .scenario import Scenario
 
 
 class Drive(Protocol):
-    """What moves the robot. ``posture``: what it holds. ``coupled``: whether insertion turns it (`Scenario`)."""
+    """What moves the robot."""
 
-    posture: Posture
-    coupled: bool
+    @property
+    def posture(self) -> Posture:
+        """What it holds."""
+        ...
+
+    @property
+    def coupled(self) -> bool:
+        """Whether insertion turns it (`Scenario`); can be set."""
+        ...
+
+    @coupled.setter
+    def coupled(self, on: bool) -> None: ...
 
     def advance(self, jog: Jog, dt: float) -> Posture:
         """Move at ``jog`` for ``dt`` s, as far as the limits allow; returns what is held then."""

@@ -71,6 +71,8 @@ def reach(scenario: Scenario, target: str, seed: int = 0, watch: Watch | None = 
     tried = sorted((_attempted(scenario, way) for way in (best, *others)), key=lambda each: each.nearest)
     chosen = min(tried, key=lambda each: not each.within_limits)
     pressed = tried[0] if tried[0] is not chosen else None
+    if chosen.reached and chosen.within_limits:
+        return chosen
     return replace(chosen, limited_by=tuple(other.without for other in others), pressed=pressed)
 
 

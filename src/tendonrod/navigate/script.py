@@ -88,6 +88,17 @@ def play(session: Session, moves: Sequence[Move], step: float = STEP) -> Iterato
             yield session.step(move.jog, move.duration / count)
 
 
+def slowed(moves: Sequence[Move], fastest: Jog) -> tuple[Move, ...]:
+    """The same ways, each row slowed as a whole where it is faster than ``fastest`` in any of its three rates."""
+    found = []
+    for move in moves:
+        rates = [(getattr(move.jog, name), getattr(fastest, name)) for name in RATES.values()]
+        share = max(1.0, *(abs(asked) / most for asked, most in rates))
+        jog = Jog(**{name: getattr(move.jog, name) / share for name in RATES.values()})
+        found.append(Move(duration=share * move.duration, jog=jog, tube=move.tube))
+    return tuple(found)
+
+
 def _check_header(name: str, header: Sequence[str]) -> None:
     for column in NEEDED:
         if column not in header:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -188,8 +188,11 @@ def draw_levels(axes: Axes, scene: Backdrop, found: Course) -> None:
                       ha="center", va="center", annotation_clip=False)  # fmt: skip
 
 
-def draw_section(axes: Axes, now: Snapshot, scenario: Scenario, half: float) -> None:
-    """The phantom cut at the tip's height, seen from the tip with dorsal up: the patient's right is on the left."""
+def draw_section(axes: Axes, now: Snapshot, scenario: Scenario, half: float, aim: str = "") -> None:
+    """The phantom cut at the tip's height, seen from the tip with dorsal up: the patient's right is on the left.
+
+    aim: the target that is ringed, dashed ones being others; without it, those reached are.
+    """
     height = float(now.tip[2])
     axes.set(xlim=(half, -half), ylim=(-half, half), aspect="equal", xticks=[], yticks=[])
     axes.grid(visible=False)
@@ -197,7 +200,7 @@ def draw_section(axes: Axes, now: Snapshot, scenario: Scenario, half: float) -> 
         spine.set(visible=True, color=QUIET, lw=0.5)
     for structure in scenario.phantom.structures.values():
         _fill(axes, outlines(structure.vertices, structure.faces, height), structure.role)
-    _draw_targets_near(axes, now, scenario, height)
+    _draw_targets_near(axes, now, scenario, height, (aim,) if aim else now.reached)
     _draw_cut_body(axes, now, scenario)
     style: Any = {"size": 6.0, "color": QUIET, "transform": axes.transAxes, "ha": "center", "va": "center"}
     style |= {"zorder": 4.0, "bbox": {"fc": "white", "ec": "none", "alpha": 0.7, "boxstyle": "round,pad=0.15"}}
@@ -218,13 +221,13 @@ def _fill(axes: Axes, rings: list[np.ndarray], role: str) -> None:
     axes.add_patch(PathPatch(path, **look))
 
 
-def _draw_targets_near(axes: Axes, now: Snapshot, scenario: Scenario, height: float) -> None:
+def _draw_targets_near(axes: Axes, now: Snapshot, scenario: Scenario, height: float, ringed: Collection[str]) -> None:
     from matplotlib.patches import Circle
 
     for name, target in scenario.phantom.targets.items():
         x, y, z = target.position
         if abs(z - height) <= 2.0 * target.tolerance:
-            done = name in now.reached
+            done = name in ringed
             axes.add_patch(Circle((MM * y, MM * x), MM * target.tolerance, fc="none", ec=GREEN, zorder=3.0,
                                   lw=1.4 if done else 0.8, ls="-" if done else (0, (3, 2))))  # fmt: skip
 

@@ -68,7 +68,7 @@ def sections_figure(results: Sequence[Reach]) -> Figure:
         for axes in grid.flat[len(results) :]:
             axes.set_axis_off()
         for axes, each in zip(grid.flat, results, strict=False):
-            draw_section(axes, each.end, each.scenario, HALF)
+            draw_section(axes, each.end, each.scenario, HALF, each.target)
             good = each.reached and each.within_limits
             axes.set_title(each.target, size=7.5, color=INK if good else VERMILION, loc="center", pad=3)
     return figure

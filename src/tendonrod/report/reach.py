@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..navigate.script import write_script
-from .chapter import Cell, Number, Picture, Table, listed, mm
+from .chapter import Cell, Number, Picture, Table, mm
 from .page import write_page
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ HEADER = (
     "target", "reached", "nearest (mm)", "least gap (mm)", "to", "insertion (mm)", "tension (N)", "rotation (deg)",
     "exit height (mm)", "offset (mm)", "depth (mm)", "tilt (deg)", "lean (deg)",
 )  # fmt: skip
-HINDERED = ("in the way", "nearest when pressed (mm)", "with (kPa)")  # only where a target was not reached
+HINDERED = ("target", "nearest (mm)", "in the way", "nearest when pressed (mm)", "contact pressure then (kPa)")
 
 
 def reach_page(
@@ -44,12 +44,11 @@ def reach_page(
     ]
     scripts = [partial(_write_script, found=each, command=command) for each in results]
     missed = [each for each in results if not (each.reached and each.within_limits)]
-    rows = [_row(each) + (_hindered(each) if missed else []) for each in results]
-    table = Table(name="targets", header=[*HEADER, *(HINDERED if missed else ())], rows=rows)
+    tables = [Table(name="targets", header=HEADER, rows=[_row(each) for each in results])]
+    if missed:
+        tables.append(Table(name="missed", header=HINDERED, rows=[_hindered(each) for each in missed]))
     title = f"What {scenario.robot.name} reaches in the phantom “{scenario.phantom.name}”"
-    return write_page(
-        out, "reach.html.j2", title, [table], pictures, _facts(scenario, results, command), scripts, watch
-    )
+    return write_page(out, "reach.html.j2", title, tables, pictures, _facts(scenario, results, command), scripts, watch)
 
 
 def script_name(target: str) -> str:
@@ -87,10 +86,10 @@ def _row(found: Reach) -> list[Cell]:
 
 def _hindered(found: Reach) -> list[Cell]:
     pressed = found.pressed
-    blame = " or ".join(found.limited_by)
+    first: list[Cell] = [found.target, mm(found.nearest), " or ".join(found.limited_by) or "no single structure"]
     if pressed is None or pressed.metrics.pressure is None:
-        return [blame, "", ""]
-    return [blame, mm(pressed.nearest), Number(1e-3 * pressed.metrics.pressure.value, 1)]
+        return [*first, "", ""]
+    return [*first, mm(pressed.nearest), Number(1e-3 * pressed.metrics.pressure.value, 1)]
 
 
 def _facts(scenario: Scenario, results: Sequence[Reach], command: str) -> dict[str, Any]:
@@ -114,8 +113,8 @@ def _missed(found: Reach) -> dict[str, Any]:
     """What is said of a target that was not reached."""
     pressed = found.pressed
     facts: dict[str, Any] = {
-        "target": found.target, "nearest": mm(found.nearest, 1), "blame": listed(found.limited_by), "pressed": None,
-        "several": len(found.limited_by) > 1, "within": found.within_limits,
+        "target": found.target, "nearest": mm(found.nearest, 1), "within": found.within_limits, "pressed": None,
+        "blame": " or the ".join(found.limited_by),
     }  # fmt: skip
     if pressed is not None and pressed.metrics.pressure is not None:
         facts |= {"pressed": mm(pressed.nearest, 1), "pressure": Number(1e-3 * pressed.metrics.pressure.value, 0)}
