@@ -31,7 +31,7 @@ demo: $(VENV)/.runtime ## install if needed, recompute the paper's results and r
 
 test: $(VENV)/.dev $(VENV)/.chromium ## install if needed, run the tests
 	echo "Running the tests."
-	$(BIN)/python -m pytest $(ARGS)
+	$(BIN)/python -m pytest -n auto --dist loadfile $(ARGS)
 
 check: $(VENV)/.dev $(VENV)/.docs ## lint, formatting and types (changes nothing)
 	echo "Checking lint rules (ruff)."

@@ -90,7 +90,7 @@ def test_the_robot_is_a_tube_around_the_centre_line(tab, server):
 
 
 def test_gauges_show_the_messages_in_the_units_of_people(tab, server):
-    length = server.session.scenario.robot.length_na
+    length = server.session.scenario.robot.section.L
     tab.page.wait_for_timeout(200)
     shown = float(tab.text("[data-gauge=insertion] b"))
     assert shown == pytest.approx(1e3 * length * server.session.snapshot.insertion, abs=0.06)

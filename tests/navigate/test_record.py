@@ -142,6 +142,51 @@ def test_a_record_begins_with_the_robot_retracted(path):
     assert [(e.index, e.time, digest(e)) for e in replay(path)] == [(e.index, e.time, digest(e)) for e in shown]
 
 
+@pytest.mark.parametrize("out", [5, 6, 7, 8])
+def test_what_went_before_a_record_does_not_matter_to_its_replay(path, out):
+    """How many shapes in a row were trusted is history too: it decides which of the next is solved on two grids."""
+    session = Session(round_phantom.scenario())
+    for jog in [Jog(tension=1.0)] * 30 + [Jog(insertion=5e-3)] * out + [Jog(insertion=-5e-3)] * (out + 2):
+        session.step(jog, STEP)
+    session.start_recording(SessionRecord(path))
+    shown = [session.snapshot] + [session.step(Jog(insertion=3e-3, rotation=0.2), STEP) for _ in range(20)]
+    session.close()
+    assert [digest(each) for each in replay(path)] == [digest(each) for each in shown]
+
+
+LINES = {
+    "a step without its count": {"count": None}, "a count that is none": {"count": 1.5}, "no duration": {"dt": "1"},
+    "two velocities": {"jog": [0.0, 0.0]}, "no velocities": {"jog": None}, "no result": {"digest": None},
+    "no time": {"dt": True}, "no posture": {"at": []},
+}  # fmt: skip
+EVENTS = [
+    {"event": "place"}, {"event": "place", "tube": {"height": 0.0}}, {"event": "place", "tube": None},
+    {"event": "couple"}, {"event": "couple", "on": 1}, {"event": []}, {"event": None}, {"jog": 1},
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("change", [*LINES.values(), *EVENTS], ids=str)
+def test_whatever_a_line_lacks_is_told_by_its_number(path, change):
+    played(path)
+    lines = path.read_text().splitlines()
+    edited = change if change in EVENTS else json.loads(lines[1]) | change
+    path.write_text("\n".join([lines[0], json.dumps(edited)]) + "\n")
+    with pytest.raises(InvalidInput, match=r"line 2.*must be a record that a session of tendonrod wrote"):
+        list(replay(path))
+
+
+@pytest.mark.parametrize("place", [("start", "index"), ("start", "time"), ("start", "digest"), ("scenario", "robot")])
+def test_whatever_a_header_has_wrong_is_one_sentence(path, place):
+    played(path)
+    lines = path.read_text().splitlines()
+    header = json.loads(lines[0])
+    header[place[0]][place[1]] = None if place[1] != "digest" else header[place[0]].pop("digest")[:0]
+    path.write_text("\n".join([json.dumps(header), *lines[1:]]) + "\n")
+    with pytest.raises((InvalidInput, ReplayDiffers)) as found:
+        next(replay(path))
+    assert "\n" not in str(found.value)
+
+
 def test_a_full_disk_ends_the_record_and_not_the_session(path, monkeypatch):
     session = Session(round_phantom.scenario(), record=SessionRecord(path))
     session.step(Jog(tension=0.5), 0.2)

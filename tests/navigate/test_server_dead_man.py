@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tendonrod.navigate.dead_man import DEADLINE, DeadMan
+from tendonrod.navigate.dead_man import DEADLINE, GRACE, DeadMan
 from tendonrod.navigate.ration import Ration
 from tendonrod.navigate.seat import ABSENCE, Seat
 
@@ -22,7 +22,8 @@ def clock() -> Clock:
 
 
 def test_the_deadline_is_what_the_issue_asks_for():
-    assert DEADLINE <= 0.15
+    """With what a bench of its own loop may go on by itself."""
+    assert DEADLINE + GRACE <= 0.15 + 1e-12
 
 
 @given(st.lists(st.tuples(st.floats(0.0, 0.5), st.sampled_from(["hold", "let go", "spend"])), max_size=40))

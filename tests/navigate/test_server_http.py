@@ -178,6 +178,16 @@ def test_large_bodies_are_refused(script):
     assert script.post("/api/take", content=big, headers={"Content-Type": "application/json"}).status_code == 413
 
 
+@pytest.mark.parametrize("odd", ["/;script-src *", "?x", "#x", ";x", ",x", "\\x"])
+def test_nothing_of_a_strange_host_gets_into_the_policy(odd):
+    door = Door(port=8420)
+    scope = {"type": "http", "method": "GET", "path": "/", "headers": [(b"host", f"localhost:8420{odd}".encode())]}
+    refused = door.refusal(scope)
+    assert refused is not None
+    assert refused[0] == 400
+    assert dict(door.headers(scope))[b"content-security-policy"] == b"default-src 'none'"
+
+
 def test_origin_host_and_fetch_site_are_checked(web, server):
     assert web.post("/api/stop", json={}, headers={"Origin": server.url}).status_code == 204
     for headers in ({"Origin": "http://evil.example"}, {"Origin": "null"}, {"Sec-Fetch-Site": "cross-site"}):

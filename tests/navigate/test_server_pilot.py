@@ -64,6 +64,18 @@ def test_silence_stops_within_the_deadline_and_is_told(bridge):
     assert bridge.now > held_at + DEADLINE
 
 
+def test_what_moved_is_told_to_stand_though_nobody_has_control_any_more(bridge):
+    """A bench with a loop of its own goes on for a moment with what it was told last."""
+    bridge.run(0.3, IN)
+    bridge.runs = False
+    bridge.pilot.dead_man.let_go()
+    bridge.run(0.3)
+    assert bridge.session.steps[-1][0].is_still
+    count = len(bridge.session.steps)
+    bridge.run(0.5)
+    assert len(bridge.session.steps) == count
+
+
 def test_a_slow_step_does_not_lead_to_a_longer_motion(bridge):
     slow = bridge.session.step
 

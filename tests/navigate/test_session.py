@@ -13,9 +13,12 @@ from navigate.round_phantom import CANAL, CORD, round_phantom, scenario
 from tendonrod import InvalidInput, solve
 from tendonrod.navigate import mechanics
 from tendonrod.navigate.commands import Jog, Posture, Rates
+from tendonrod.navigate.limits import NavigationLimits
 from tendonrod.navigate.outer_tube import OuterTube
 from tendonrod.navigate.record import digest
+from tendonrod.navigate.scenario import Scenario
 from tendonrod.navigate.session import Session
+from tendonrod.section import NotchedTube
 
 STEP = 1.0 / 60.0
 PULL, PUSH, BACK = Jog(tension=0.5), Jog(insertion=9e-3), Jog(insertion=-9e-3)
@@ -246,3 +249,54 @@ def test_rates_turn_deflections_into_jogs():
 def test_the_robot_must_fit_the_exit():
     with pytest.raises(InvalidInput, match=r"nearest, canal, is 0\.4 mm away"):
         scenario(tube=OuterTube(depth=6.9e-3))
+
+
+def test_the_mirror_image_of_everything_goes_the_mirrored_way():
+    """A left-handed robot, outer tube and commands mirrored at y = 0, between walls that are their own image."""
+    right = scenario()
+    body, tube = right.robot.body, right.tube
+    assert isinstance(body, NotchedTube)
+    left = Scenario(
+        robot=replace(right.robot, body=replace(body, turns=-body.turns)), phantom=right.phantom,
+        tube=tube.changed(offset=-tube.offset, tilt=-tube.tilt),
+    )  # fmt: skip
+    sessions = Session(right), Session(left)
+    moves = [Jog(tension=0.7)] * 20 + [Jog(insertion=9e-3, rotation=0.1)] * 50 + [Jog(rotation=-0.3)] * 10
+    touched = False
+    for jog in moves:
+        one, other = (
+            session.step(replace(jog, rotation=sign * jog.rotation), 0.05)
+            for session, sign in zip(sessions, (1.0, -1.0), strict=True)
+        )
+        np.testing.assert_allclose(other.centerline, one.centerline * [1.0, -1.0, 1.0], atol=1e-8)
+        carried, mirrored = one.contact_force.sum(axis=0), other.contact_force.sum(axis=0)
+        np.testing.assert_allclose(mirrored, carried * [1.0, -1.0, 1.0], atol=1e-6)
+        touched |= len(one.contact_force) > 0
+    assert touched
+
+
+def test_the_contacts_carry_what_the_clamp_does_not():
+    """Force balance of the exposed robot: what the exit holds is the contacts' force and the weight."""
+    session = Session(scenario())
+    for jog in [Jog(tension=0.7)] * 20 + [Jog(insertion=9e-3)] * 50:
+        session.step(jog, 0.05)
+    shown, shape = session.snapshot, session._body.shape
+    assert len(shown.contact_force) > 0
+    weight = shape.line_force[0] * shape.length
+    np.testing.assert_allclose(shape.force[0], shown.contact_force.sum(axis=0) + weight, atol=1e-6)
+    assert weight[0] < 0.0
+
+
+def test_at_the_stop_of_the_rotation_a_motor_that_stands_does_not_turn_secretly():
+    """Uncoupled, insertion turns the section at the exit: it ends where the section may turn no further."""
+    limits = NavigationLimits(rotation=0.3)
+    session = Session(scenario(limits=limits, coupled=False))
+    turns = session.scenario.robot.turns
+    motor = []
+    for jog in [Jog(tension=0.3)] * 5 + [Jog(insertion=9e-3)] * 15 + [Jog(insertion=-9e-3)] * 5:
+        session.step(jog, 0.05)
+        shown = session.snapshot
+        motor.append(shown.rotation + tau * turns * (shown.insertion - 1.0))
+        assert abs(shown.rotation) <= 0.3 + 1e-12
+    assert motor == pytest.approx([motor[0]] * len(motor), abs=1e-9)
+    assert session.snapshot.insertion > 0.0

@@ -10,6 +10,7 @@ from tendonrod import InvalidInput, anatomy
 from tendonrod.navigate import bench_drive
 from tendonrod.navigate.bench_drive import BenchDrive
 from tendonrod.navigate.commands import Jog
+from tendonrod.navigate.dead_man import GRACE
 from tendonrod.navigate.limits import NavigationLimits
 from tendonrod.navigate.record import SessionRecord, digest
 from tendonrod.navigate.replay import replay
@@ -20,6 +21,7 @@ from tendonrod.rig.drives import Machine
 from tendonrod.rig.guarded import GuardedBench
 from tendonrod.rig.interfaces import AxisState, Command, Force, Sample
 from tendonrod.rig.loop import drive, prepare
+from tendonrod.rig.states import State
 from tendonrod.rig.trials import limits_of
 from tendonrod.rig.virtual.bench import virtual_bench
 from tendonrod.rig.virtual.injection import Injection
@@ -149,3 +151,59 @@ def test_a_loop_that_breaks_is_told(scenario, monkeypatch):
     time.sleep(0.1)
     assert "broke: ZeroDivisionError: a defect" in session.step(Jog(insertion=2e-3), 0.02).blocked
     session.close()
+
+
+def own_loop(scenario):
+    source = VirtualSource(setup=VirtualSetup(robot=scenario.robot), real_time=True)
+    return BenchDrive(scenario, source, own_thread=True, rate=50.0)
+
+
+def pause(drive, seconds):
+    drive._bench.clock.wait_until(drive._bench.clock.now() + seconds)
+
+
+def test_a_bench_with_its_own_loop_stands_within_the_watchdogs_time(scenario):
+    """The session may be late, or gone: from the end of its last step on the bench has `GRACE`, and its own braking."""
+    drive, period = own_loop(scenario), 1.0 / 50.0
+    asked, steer = [], drive._task.steer
+
+    def noted(jog: Jog, time: float = DEAD_MAN) -> None:
+        asked.append(time)
+        steer(jog, time)
+
+    drive._task.steer = noted
+    drive.advance(Jog(insertion=1e-3), 1 / 60)
+    assert asked[-1] <= 1 / 60 + GRACE + 1e-12
+    pause(drive, asked[-1] + 3.0 * period + 0.1)
+    rest = drive.posture.insertion
+    pause(drive, 0.3)
+    assert drive.posture.insertion == pytest.approx(rest, abs=1e-4)
+    drive.close()
+
+
+def test_a_loop_that_breaks_stops_the_axes_and_is_told(scenario):
+    drive = own_loop(scenario)
+    session = Session(scenario, drive)
+
+    def broken(sample):
+        raise KeyError("a defect")
+
+    drive._seen = broken
+    drive._thread.join(10.0)
+    assert not drive._thread.is_alive()
+    shown = session.step(Jog(insertion=1e-3), 0.02)
+    assert "KeyError" in shown.blocked
+    assert drive._bench.interlock.state is State.FAULT
+    assert drive._bench.interlock.is_settled
+    session.close()
+
+
+def test_a_program_that_ends_without_closing_leaves_the_bench_slack(scenario, monkeypatch):
+    at_exit = []
+    monkeypatch.setattr("tendonrod.navigate.bench_drive.atexit.register", at_exit.append)
+    drive = own_loop(scenario)
+    for close in at_exit:
+        close()
+    assert drive._closed
+    assert not drive._thread.is_alive()
+    assert drive.posture.tension[0] < 0.05

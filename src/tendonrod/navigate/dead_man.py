@@ -9,7 +9,10 @@ from math import inf
 from threading import Lock
 from typing import Generic, TypeVar
 
-DEADLINE = 0.15  # s from the last command to standstill
+GRACE = (
+    1.0 / 60.0
+)  # s, by which a drive with a loop of its own may go on after a step, so that steps need not be on time
+DEADLINE = 0.15 - GRACE  # s from the last command to the end of the last step: standstill within 150 ms
 
 V = TypeVar("V")
 

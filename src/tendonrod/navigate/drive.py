@@ -64,7 +64,9 @@ class IdealDrive:
         at, limits = self.posture, self._limits
         insertion = _clamped(at.insertion + jog.insertion * dt / self._length, 0.0, limits.insertion)
         turned = jog.rotation * dt
-        if not self.coupled:  # the motor stands still: what of the helix comes out turns the robot back
+        if not self.coupled and self._twist != 0.0:  # the motor stands, and what comes out of the helix turns it
+            ends = sorted((at.rotation + end) / self._twist for end in (-limits.rotation, limits.rotation))
+            insertion = _clamped(insertion, at.insertion + min(ends[0], 0.0), at.insertion + max(ends[1], 0.0))
             turned -= self._twist * (insertion - at.insertion)
         rotation = _clamped(at.rotation + turned, -limits.rotation, limits.rotation)
         tension = tuple(_clamped(each + jog.tension * dt, 0.0, limits.tension) for each in at.tension)

@@ -90,7 +90,7 @@ def _warnings(scenario, body: Body, gauges, clearance, condition: Condition) -> 
 
 
 def _at_stops(scenario: Scenario, gauges: Mapping[str, Gauge]):
-    length = 1e3 * scenario.robot.length_na
+    length = 1e3 * scenario.robot.section.L  # as the drive and the page count it
     says = {
         "insertion": lambda x: f"insertion {length * x:.1f} mm",
         "rotation": lambda x: f"rotation {degrees(x):.0f} deg",
@@ -109,7 +109,7 @@ def _beyond(scenario: Scenario, gauges: Mapping[str, Gauge], condition: Conditio
     strain, pressure, push = (gauges[name] for name in ("strain", "pressure", "push"))
     if strain.is_exceeded:
         where = f"at {1e3 * condition.strain_at:.1f} mm from the exit"
-        text = f"strain {100 * strain.value:.2f} % {where} is past the {100 * strain.high:.2f} % of linear elasticity"
+        text = f"strain {100 * strain.value:.3f} % {where} is past the {100 * strain.high:.3f} % of linear elasticity"
         yield "strain", f"{text}: the model is wrong here", "limit"
     if condition.closed:
         yield "closure", "the notches close: the model is wrong here", "limit"

@@ -28,7 +28,7 @@ SHORTEST = 1e-3  # s of motion in one step, right after a late one
 LONGEST = 3.0 * PERIOD  # s of motion in one step: a late step moves no further
 MOST_REQUESTS = 32
 FAILED = "the step failed inside the program, and nothing moved; the server's log has the details"
-LAPSED = "no command for 150 ms: stopped"
+LAPSED = "no command for 150 ms: stopped"  # at the latest then
 
 _log = logging.getLogger(__name__)
 
@@ -185,7 +185,9 @@ class Pilot:
         self._show(Frame(snapshot, self._moving, "live"))
 
     def _rest(self, now: float) -> None:
-        snapshot = self.session.step(Jog(), STILL) if self._runs_still() else self.session.snapshot
+        """What moved is told to stand, whoever has control by now: a bench goes on for a moment by itself."""
+        runs = self._moving or self._runs_still()
+        snapshot = self.session.step(Jog(), STILL) if runs else self.session.snapshot
         self._moving = self._failing = False
         self._due = now + STILL
         self._show(Frame(snapshot, False, "live"))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
+from operator import index
 from os import PathLike, fspath
 from pathlib import Path
 from typing import Any
@@ -12,7 +13,7 @@ from typing import Any
 from ..errors import Fact, InvalidInput, TendonrodError
 from .commands import NAMES, Jog, Posture
 from .drive import IdealDrive
-from .outer_tube import OuterTube
+from .outer_tube import RANGES, OuterTube
 from .record import FORMAT, VERSION, digest, software
 from .scenario import Scenario
 from .scenariofile import scenario_from
@@ -63,6 +64,8 @@ def read_header(path: str | PathLike[str]) -> dict[str, Any]:
         raise InvalidInput("record", name, f"a readable file: {error.strerror}") from None
     if header.get("format") != FORMAT or "scenario" not in header:
         raise InvalidInput("record", name, SHAPE)
+    if not all(isinstance(header.get(key, {}), dict) for key in ("scenario", "start", "software")):
+        raise InvalidInput(f"header of {name}", Fact("edited"), SHAPE)
     if header.get("version") != VERSION:
         found = Fact(f"version {header.get('version')}")
         raise InvalidInput(f"record {name}", found, f"version {VERSION}, which this tendonrod reads")
@@ -81,7 +84,7 @@ def lines(path: str | PathLike[str]) -> Iterator[dict[str, Any]]:
             if not line.endswith(b"\n"):
                 return
             found = _parsed(line)
-            if not ("jog" in found or "event" in found):
+            if not (_is_step(found) or _is_event(found)):
                 raise InvalidInput(f"record {name}, line {number}", line[:60].decode(errors="replace"), SHAPE)
             yield found
 
@@ -116,8 +119,9 @@ def _begun(name: str, header: Mapping[str, Any]) -> tuple[Session, IdealDrive | 
     try:
         scenario, start = scenario_from(header["scenario"], name), header["start"]
         drive = _drive(scenario, header["drive"], _posture(start["at"]))
-        course = {"index": start["index"], "time": start["time"], "reached": tuple(start["reached"])}
-    except (KeyError, TypeError, IndexError) as error:  # of another build, or edited
+        course = {"index": index(start["index"]), "time": 0.0 + start["time"], "reached": tuple(start["reached"])}
+        _ = start["digest"], start["tip"], header["software"]
+    except (KeyError, TypeError, IndexError, AttributeError) as error:  # of another build, or edited
         allowed = "that of this tendonrod; the record is of another build, or was edited"
         raise InvalidInput(f"header of {name}", Fact(f"without {error}"), allowed) from None
     session = Session(scenario, drive)
@@ -153,6 +157,27 @@ def _compare(name: str, header: Mapping[str, Any], line: Mapping[str, Any], snap
 
 def _posture(at: list[float]) -> Posture:
     return Posture(insertion=at[0], rotation=at[1], tension=tuple(at[2:]))
+
+
+def _is_step(line: Mapping[str, Any]) -> bool:
+    """Whether a line has all that a run of steps has. Their ranges are checked where they are used."""
+    numbers = all(_are_numbers(line.get(key), least) for key, least in (("jog", 3), ("tip", 3), ("at", 2)))
+    texts = isinstance(line.get("digest"), str)
+    counted = type(line.get("count")) is int and line["count"] > 0 and _are_numbers([line.get("dt")], 1)
+    return numbers and texts and counted and len(line["jog"]) == len(line["tip"]) == 3
+
+
+def _is_event(line: Mapping[str, Any]) -> bool:
+    """Whether a line has all that its event has; of one that is not known, its name."""
+    kind, tube = line.get("event"), line.get("tube")
+    if kind == "place":
+        return isinstance(tube, dict) and tube.keys() == RANGES.keys() and _are_numbers([*tube.values()], 1)
+    return isinstance(line.get("on"), bool) if kind == "couple" else isinstance(kind, str)
+
+
+def _are_numbers(values: Any, least: int) -> bool:
+    kinds = (int, float)
+    return isinstance(values, list) and len(values) >= least and all(type(each) in kinds for each in values)
 
 
 def _parsed(line: bytes) -> dict[str, Any]:

@@ -10,7 +10,9 @@ from collections.abc import Callable
 from concurrent.futures import Future
 from dataclasses import asdict
 from functools import partial
+from itertools import chain
 from pathlib import Path
+from threading import Thread
 from typing import TYPE_CHECKING, Any
 
 from ..errors import Fact, InvalidInput
@@ -52,7 +54,7 @@ class Service:
         records: Records | None = None,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
-        self.is_ending = False
+        self.is_ending = self._is_opening = False
         self.records: Records | None = records
         self.record: Path | None = None
         self.seat, self.rates = Seat(clock), Rates()
@@ -175,16 +177,20 @@ class Service:
         return self._change(who, self._begin_record if on else self._end_record, "recording")
 
     def play(self, who: str, name: str, speed: float) -> Future[Any]:
-        """Raises `InvalidInput` where there is no such record."""
+        """Raises `InvalidInput` where there is no such record.
+
+        Its phantom may have to be built first: on a thread of its own, for the pages would take a silence of seconds
+        for a lost connection.
+        """
         self._needs_control(who)
         if self.records is None:
             raise Refused("this server keeps no records")
-        path = self.records.path(name)
-        from .replay import replay
-
-        frames = replay(path)
-        self.event("info", f"{name} is shown")
-        return self.pilot.play(frames, speed)
+        if self._is_opening:
+            raise Refused("a record is being opened already")
+        path, opened = self.records.path(name), Future[Any]()
+        self._is_opening = opened.set_running_or_notify_cancel()  # from now on nobody cancels it
+        Thread(target=self._open, args=(who, path, speed, opened), name="replay", daemon=True).start()
+        return opened
 
     def stop_playing(self, who: str) -> Future[Any]:
         self._needs_control(who)
@@ -224,6 +230,23 @@ class Service:
         self.event("info", text)
         if settings:
             self.tell(self.settings())
+
+    def _open(self, who: str, path: Path, speed: float, opened: Future[Any]) -> None:
+        from .replay import replay
+
+        try:
+            frames = replay(path)
+            first = next(frames)
+            self._needs_control(who)
+            shown = self.pilot.play(chain([first], frames), speed)
+            self.event("info", f"{path.name} is shown")
+            found = shown.result()
+        except Exception as error:  # noqa: BLE001 - it is whoever asked who hears of it
+            self._is_opening = False
+            opened.set_exception(error)
+        else:
+            self._is_opening = False
+            opened.set_result(found)
 
     def _begin_record(self, session: Session) -> None:
         from .record import SessionRecord

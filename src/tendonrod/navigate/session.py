@@ -92,6 +92,7 @@ class Session:
             exposed = Fact(f"robot {1e3 * self.snapshot.exposed:.1f} mm out")
             raise InvalidInput("record", exposed, "started with the robot retracted, from where it can be replayed")
         self.stop_recording()
+        self._resume(self.scenario, self._body.posture, self.snapshot.reached)  # as a replay begins, without history
         record.begin(self.scenario, type(self._drive).__name__, self.snapshot)
         self._record = record
 
