@@ -82,7 +82,7 @@ class Page:
         """Read until the server closes the connection, which it must."""
         try:
             for _ in range(10_000):
-                self.socket.recv(PATIENCE)
+                self.found.append(json.loads(self.socket.recv(PATIENCE)))
         except ConnectionClosed as closed:
             return closed
         raise AssertionError("the connection goes on")

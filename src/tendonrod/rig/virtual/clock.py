@@ -13,7 +13,10 @@ if TYPE_CHECKING:
 
 
 class VirtualClock:
-    """Time of a `World`. Waiting moves the world on; in real time it sleeps first, and time runs on by itself too."""
+    """Time of a `World`. Waiting moves the world on; in real time it sleeps, and the world catches up when asked.
+
+    What the world computes would make the wait end late, and a controller's periods uneven, if it were done here.
+    """
 
     def __init__(self, world: World, real_time: bool) -> None:
         self.world, self.real_time = world, real_time
@@ -33,7 +36,8 @@ class VirtualClock:
         if self.real_time:
             while (left := until - self._passed()) > 0.0:
                 system.sleep(left)
-        self.world.advance(until if not self.real_time else max(until, self._passed()))
+        else:
+            self.world.advance(until)
 
     def _passed(self) -> float:
         return system.perf_counter() - self._opened
