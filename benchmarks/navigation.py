@@ -32,7 +32,7 @@ import tendonrod
 from tendonrod.navigate.commands import Jog
 from tendonrod.navigate.metrics import Meter
 from tendonrod.navigate.record import SessionRecord
-from tendonrod.navigate.scenario import load_scenario
+from tendonrod.navigate.scenario import Scenario, load_scenario
 from tendonrod.navigate.session import Session
 
 STEP = 5e-3  # s
@@ -42,7 +42,9 @@ Part = tuple[Jog, float]  # for how long, s
 ROUND = ((PUSH, 0.25), (TURN, 0.5), (BACK, 0.25), (RETURN, 0.5))
 TOUR = ((PULL, 6.0), (PUSH, 8.0), (TURN, 0.5), (RETURN, 1.0), (TURN, 0.5), (Jog(), 1.0), (BACK, 8.2), (EASE, 6.2))
 GROWTH = 4.0  # MB after the first tenth
-LOOKS = 20  # at the memory
+LOOKS = 60  # at the memory
+MIDLINE = {"offset": 0.0, "tilt": radians(21), "lean": 0.0}  # an outer tube from which the robot winds onto the cord
+DEPTH = {"printed": 5.7375e-3, "anatomical": 8.625e-3}  # m, the middle of the dorsal gap
 PERCENTILES = (50, 90, 99, 100)
 
 
@@ -50,6 +52,12 @@ def jogs(parts: Sequence[Part], forever: bool = False) -> Iterator[Jog]:
     """One jog per step."""
     for jog, seconds in cycle(parts) if forever else parts:
         yield from [jog] * round(seconds / STEP)
+
+
+def pressing(phantom: str) -> Scenario:
+    """A scenario in which the robot meets walls."""
+    depth = {"depth": DEPTH[phantom]} if phantom in DEPTH else {}
+    return load_scenario(phantom=phantom, tube=MIDLINE | depth)
 
 
 def timed(session: Session, steps: int, parts: Sequence[Part]) -> np.ndarray:
@@ -79,7 +87,7 @@ def speed(phantoms: Sequence[str], steps: int) -> None:
     print(f"{'':25}steps/s    touching   ms per step, wall {'':15}CPU")
     print(f"{'':24}wall     CPU      %{parts}{parts}")
     for phantom in phantoms:
-        scenario = load_scenario(phantom=phantom)
+        scenario = pressing(phantom)
         free, bound = Session(scenario), Session(scenario)
         for jog in jogs([(PULL, 4.0), (PUSH, 1.0)]):
             free.step(jog, STEP)
@@ -99,7 +107,7 @@ def soak(phantom: str, seconds: float) -> bool:
     count, begun, looks = round(seconds / STEP), time.monotonic(), []
     with TemporaryDirectory() as folder:
         path, meter = Path(folder) / "soak.jsonl", Meter()
-        session = Session(load_scenario(phantom=phantom), record=SessionRecord(path))
+        session = Session(pressing(phantom), record=SessionRecord(path))
         for k, jog in enumerate(jogs(TOUR, forever=True)):
             if k % max(1, count // LOOKS) == 0:
                 looks.append(memory())
@@ -110,7 +118,8 @@ def soak(phantom: str, seconds: float) -> bool:
             meter.add(session.step(jog, STEP))
         session.close()
     found = meter.metrics()
-    growth = max(looks[2:]) - looks[2]
+    settled = looks[LOOKS // 10 :]
+    growth = max(settled) - settled[0]
     print(f"{count} steps, {count / (time.monotonic() - begun):.0f} per second; path {found.path:.2f} m,", end=" ")
     print(f"blocked {100 * found.blocked:.2g} % of the time; memory grew by {growth:.1f} MB after the first tenth")
     return growth <= GROWTH

@@ -1,10 +1,14 @@
 """The service of `tendonrod navigate` under load: states per second at each of several pages, latency, sizes.
 
-A session with real mechanics is steered through the printed phantom by one page while the others watch, all through
-sockets of this machine. The pages run in a process of their own, and as they share the machine with the server, what
-they cost is part of the result. Latency is from sending a command to the arrival of the first state that moves.
+A session with real mechanics is steered through a phantom by one page while the others watch, all through sockets of
+this machine. The pages run in a process of their own, and as they share the machine with the server, what they cost is
+part of the result. Latency is from sending a command to the arrival of the first state that moves.
 
-    python benchmarks/navigation_service.py --pages 8 --seconds 20
+    python benchmarks/navigation_service.py --pages 8 --seconds 20 --course pressed
+
+Courses: "free" starts from the outer tube's usual place; "pressed" from the midline, tilted so that the robot winds on
+to the cord, where it is pressed on until it is refused, and drawn back while tension and rotation go on.
+"new" are states that tell a later step than the one before.
 """
 
 from __future__ import annotations
@@ -19,6 +23,7 @@ import sys
 import tempfile
 import time
 from importlib.metadata import version
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -26,20 +31,27 @@ from websockets.asyncio.client import ClientConnection, connect
 
 PRESSES = 20
 STATE = '{"type":"state"'
+MIDLINE = "[tube]\noffset_mm = 0\ndepth_mm = {depth}\ntilt_deg = 21\nlean_deg = 0\n"
+DEPTH = {"printed": 5.7375, "anatomical": 8.625}  # mm, the middle of the dorsal gap
+Arrival = tuple[float, int, int, bool]  # s, characters, index, whether the last command was refused
 
 
 def main() -> None:
     options = argparse.ArgumentParser(description="The service of tendonrod navigate under load.")
     options.add_argument("--pages", type=int, default=8)
     options.add_argument("--seconds", type=float, default=20.0)
-    options.add_argument("--phantom", default="printed")
+    options.add_argument("--phantom", choices=DEPTH, default="printed")
+    options.add_argument("--course", choices=["free", "pressed"], default="pressed")
     given = options.parse_args()
     names = ("tendonrod", "numpy", "numba", "fastapi", "uvicorn", "websockets")
     print(f"{platform.machine()}, {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}, Python", end=" ")
     print(platform.python_version(), *(f"{name} {version(name)}" for name in names), sep=", ")
     with tempfile.TemporaryDirectory() as folder:
         command = [sys.executable, "-m", "tendonrod", "navigate", "--no-browser", "--port", "0", "--output", folder]
-        with subprocess.Popen([*command, "--phantom", given.phantom], stdout=subprocess.PIPE, text=True) as server:
+        pressed = MIDLINE.format(depth=DEPTH[given.phantom]) if given.course == "pressed" else ""
+        scene = Path(folder) / "scene.toml"
+        scene.write_text(f'phantom = "{given.phantom}"\n' + pressed)
+        with subprocess.Popen([*command, "--scene", str(scene)], stdout=subprocess.PIPE, text=True) as server:
             assert server.stdout is not None
             url = server.stdout.readline().removeprefix("open ").strip().replace("http", "ws") + "ws"
             try:
@@ -52,9 +64,9 @@ def main() -> None:
 async def measure(url: str, pages: int, seconds: float) -> None:
     """Connect, steer, print."""
     sockets = [await connect(url, max_queue=None) for _ in range(pages)]
-    found: list[list[tuple[float, int]]] = [[] for _ in sockets]
+    found: list[list[Arrival]] = [[] for _ in sockets]
+    await take(sockets[0])
     watching = [asyncio.ensure_future(watch(*each)) for each in zip(sockets, found, strict=True)]
-    await sockets[0].send('{"type":"take"}')
     await steer(sockets[0], seconds)
     for each in watching:
         each.cancel()
@@ -81,19 +93,35 @@ def jog(seq: int, insertion: float, rotation: float, tension: float, hold: bool 
     return json.dumps({"type": "jog", "seq": seq, "hold": hold, **what})
 
 
-async def watch(socket: ClientConnection, found: list[tuple[float, int]]) -> None:
-    """Time and size of each state, until cancelled."""
+async def take(socket: ClientConnection) -> None:
+    """Control, as soon as nobody else has it."""
+    for _ in range(100):
+        await socket.send('{"type":"take"}')
+        said = {"type": ""}
+        while said["type"] != "error":
+            said = json.loads(await socket.recv())
+            if said["type"] == "control" and said["you"]:
+                return
+        await asyncio.sleep(0.1)
+    raise TimeoutError("somebody else keeps control")
+
+
+async def watch(socket: ClientConnection, found: list[Arrival]) -> None:
+    """Each state, until cancelled."""
     async for text in socket:
         if str(text).startswith(STATE):
-            found += [(time.monotonic(), len(text))]
+            index, _, _ = str(text)[len(STATE) + 9 : len(STATE) + 30].partition(",")
+            found += [(time.monotonic(), len(text), int(index), '"blocked":""' not in str(text))]
 
 
-def report(name: str, arrivals: list[tuple[float, int]], seconds: float) -> None:
-    times, sizes = np.array(arrivals).T
+def report(name: str, arrivals: list[Arrival], seconds: float) -> None:
+    times, sizes, indices, refused = np.array(arrivals).T
     gaps = 1e3 * np.diff(times)
+    new = np.count_nonzero(np.diff(indices) > 0) + 1
     print(
-        f"{name}: {len(times) / seconds:.1f} states/s, gaps median {np.median(gaps):.1f} ms, "
-        f"99 % {np.quantile(gaps, 0.99):.0f} ms, {sizes.mean():.0f} bytes, at most {sizes.max():.0f}"
+        f"{name}: {len(times) / seconds:.1f} states/s, {new / seconds:.1f} new, {100 * refused.mean():.0f} % refused, "
+        f"gaps median {np.median(gaps):.1f} ms, 99 % {np.quantile(gaps, 0.99):.0f} ms, most {gaps.max():.0f} ms, "
+        f"{sizes.mean():.0f} bytes, at most {sizes.max():.0f}"
     )
 
 
@@ -101,7 +129,7 @@ async def presses(url: str) -> list[float]:
     """Seconds from a key's press to the first moving state, with the page that presses alone."""
     found = []
     async with connect(url, max_queue=None) as socket:
-        await socket.send('{"type":"take"}')
+        await take(socket)
         for seq in range(PRESSES):
             await until(socket, lambda state: not state["moving"])
             began = time.monotonic()

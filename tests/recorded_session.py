@@ -16,7 +16,7 @@ MOVES = ((PULL, 14), (REST, 6), (IN, 36), (TURN, 2))
 
 def scene():
     """ExoNav 1 in the printed phantom, L2 and L1, from a tube that lets it wind round to the front."""
-    tube = {"height": 0.0, "depth": 5.6e-3, "tilt": radians(28)}
+    tube = {"height": 0.0, "offset": 0.0, "depth": 5.6e-3, "tilt": radians(28), "lean": 0.0}
     return load_scenario("exonav-1", "printed", levels="L1-L2", tube=tube)
 
 

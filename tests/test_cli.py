@@ -7,9 +7,11 @@ import pty
 import signal
 import subprocess
 import sys
+import termios
 import time
 from importlib.resources import files
 from math import radians
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -541,6 +543,57 @@ sys.exit(cli.main(["robots"]))
 """
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout, done.stderr) == (130, "", "tendonrod: interrupted\n")
+
+
+INTERRUPTED_AT_IMPORT = """
+import os, runpy, signal, sys
+class Watching:
+    def find_spec(self, name, *_):
+        if name == sys.argv[0]:
+            os.kill(os.getpid(), signal.SIGINT)
+sys.argv = [NAME, "robots"]
+sys.meta_path.insert(0, Watching())
+runpy.run_module("tendonrod", run_name="__main__")
+"""
+
+
+@pytest.mark.parametrize(
+    "name", ["tendonrod.cli.app", "typer", "numpy", "tendonrod.cli.process", "tendonrod.robotfile"]
+)
+def test_interrupt_while_anything_is_imported_is_one_line(name):
+    """From the first import of the command line on, wherever it comes; before that there is only Python's own start."""
+    code = INTERRUPTED_AT_IMPORT.replace("NAME", repr(name))
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "tendonrod: interrupted\n")
+
+
+@pytest.mark.parametrize("delay", [0.05, 0.2, 0.4, 0.7, 1.0])
+def test_interrupt_at_any_time_leaves_no_traceback_of_ours(delay):
+    """On a slow machine Python's own start may be what is interrupted; the package never shows its inside."""
+    command = [*COMMAND, "ftl", "exonav-1", "--target", "0.7", "--steps", "10000"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        time.sleep(delay)
+        process.send_signal(signal.SIGINT)
+        out, err = process.communicate(timeout=60)
+    assert out == ""
+    assert str(Path(tendonrod.__file__).parent) not in err
+    assert err.count("tendonrod: interrupted") <= 1
+
+
+def test_notes_are_one_line_in_a_pipe_and_broken_between_words_on_a_terminal():
+    """A terminal of 40 columns breaks long lines wherever they reach its edge."""
+    words = " ".join(f"word{k}" for k in range(40)) + " /a/path/that-is/longer/than/the/whole/line/of/this/terminal"
+    code = f"from tendonrod.cli.streams import note; note({words!r})"
+    piped = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert piped.stderr == f"tendonrod: {words}\n"
+    leader, follower = pty.openpty()
+    termios.tcsetwinsize(follower, (24, 40))
+    subprocess.run([sys.executable, "-c", code], stderr=follower, check=True)
+    os.close(follower)
+    shown = os.read(leader, 65536).decode()
+    os.close(leader)
+    assert shown.split() == ["tendonrod:", *words.split()]
+    assert all(len(line) <= 40 or len(line.split()) == 1 for line in shown.splitlines())
 
 
 def test_process_ends_silently_when_nobody_reads():

@@ -4,8 +4,9 @@ import json
 
 import pytest
 
-from tendonrod.anatomy import load_phantom
+from tendonrod.anatomy import load_phantom, write_stl
 from tendonrod.cli import main
+from tendonrod.plot.phantom import WORDS, phantom_figure
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -60,3 +61,41 @@ def test_figure_and_files_are_written(capsys, tmp_path):
 def test_wrong_options_are_named(capsys, options, said):
     assert main(["phantom", *options]) == 2
     assert said in capsys.readouterr().err
+
+
+def test_a_robot_that_fits_is_told_so_with_numbers(capsys):
+    assert main(["phantom", "anatomical", "--levels", "L2", "--robot", "exonav-1"]) == 0
+    said = capsys.readouterr().out
+    gap = load_phantom("anatomical", levels="L2").narrowest
+    assert gap is not None
+    assert "exonav-1, a tube of 1.144 mm, fits; the smallest gap is" in said
+    assert f"{1e3 * gap[0]:.2f} mm, {gap[1]} at L2, which leaves {1e3 * gap[0] - 1.144:.2f} mm" in said
+    assert "It has room at 5 of 5 targets." in said
+    assert "(m): from memory of the literature" in said
+
+
+def test_json_says_how_the_robot_fits(result):
+    fit = result("phantom", "--levels", "L2", "--robot", "exonav-1")["robot"]
+    assert fit["outer_diameter"] == pytest.approx(1.144e-3)
+    assert fit["narrowest_gap"]["gap"] == min(load_phantom("printed", levels="L2").gaps["L2"].values())
+    assert fit["without_room"] == {}
+
+
+def test_targets_that_look_misplaced_are_told(capsys, tmp_path):
+    write_stl(load_phantom("printed", levels="L2"), tmp_path)
+    (tmp_path / "mine.toml").write_text(
+        'kind = "meshes"\n[[structure]]\nname = "cord"\nrole = "cord"\nfile = "cord.stl"\n'
+        '[[target]]\nname = "off"\nposition_mm = [300.0, 0.0, 10.0]\ntolerance_mm = 1.0\n'
+    )
+    assert main(["phantom", str(tmp_path / "mine.toml")]) == 0
+    assert "warning: target off lies 296.5 mm outside the box around all structures" in capsys.readouterr().err
+
+
+def test_the_figure_says_what_its_colours_rings_and_discs_are():
+    phantom = load_phantom("anatomical", levels="L2")
+    (legend,) = phantom_figure(phantom, 0.572e-3).legends
+    said = [each.get_text() for each in legend.get_texts()]
+    roles = {WORDS.get(each.role, each.role) for each in phantom.structures.values()}
+    assert set(said) == {*roles, "target, within 1.5 mm", "robot's tube at a target, 1.14 mm"}
+    (plain,) = phantom_figure(load_phantom("printed", levels="L2")).legends
+    assert [each.get_text() for each in plain.get_texts()] == ["cord", "wall of the canal", "target, within 1.5 mm"]

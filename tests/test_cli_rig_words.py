@@ -233,3 +233,17 @@ def test_advice_is_given_where_something_can_be_done():
     (text,) = rig_ending.advice(place(), stop)
     assert "tendonrod rig release --bench my.toml --robot exonav-3" in text
     assert rig_ending.advice(place(is_virtual=True), stop) == []
+
+
+def test_a_plan_for_another_robot_is_refused_and_another_case_is_told(run, said, tmp_path, no_page):
+    plan = tmp_path / "plan.csv"
+    assert run("ftl", "exonav-1", "--target", "0.4", "--steps", "4", "--output", plan)[0] == 0
+    other = said("rig", "ftl", "exonav-3", "--target", "0.4", "--plan", str(plan))
+    assert other == f"--plan = {plan}, made for exonav-1: must be a plan for exonav-3"
+    short = ("--bench", bench_file(tmp_path), "--end", "0.08", "--screw-rate-mm-s", "2", "--output", tmp_path / "o")
+    status, _, noted = run("rig", "ftl", "exonav-1", "--target", "0.4", "--plan", plan, *short)
+    assert status == 0, noted
+    assert "plan.csv was made for torsion published, here homogenized" in noted
+    status, _, noted = run("motion", plan, "--gravity", "0,0,-9.81")
+    assert status == 0
+    assert "plan.csv was made for gravity (0, 0, 0) m/s2, here (0, 0, -9.81)" in noted

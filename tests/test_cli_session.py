@@ -58,11 +58,24 @@ def test_json_is_the_metrics(result, record, tmp_path):
     assert not (tmp_path / "page" / "frames.nc").exists()
 
 
+def test_a_script_and_the_record_of_it_give_the_same_metrics(result, tmp_path):
+    script = tmp_path / "moves.csv"
+    script.write_text(
+        "duration_s,insertion_mm_per_s,rotation_deg_per_s,tension_n_per_s,tube_tilt_deg\n1,0,0,0.5,20\n1,3,0,0,\n"
+    )
+    said = result("navigate", "--script", script, "--headless", "--levels", "L2", "--output", tmp_path / "run")
+    found = result("session", said["record"], "--output", tmp_path / "page", "--frames", "0")
+    assert said["samples"] == 1 + 1 + 60 + 60  # the start, the outer tube placed, the steps of 1/60 s
+    assert {key: found[key] for key in said if key in found and key != "record"} == {
+        key: value for key, value in said.items() if key not in ("script", "record")
+    }
+
+
 def test_a_record_that_was_cut_off_is_shown_as_far_as_it_goes(run, altered, tmp_path):
     path = altered(lambda lines: [*lines[:-3], lines[-3][:20]])
     status, _, err = run("session", path, "--output", tmp_path / "page", "--frames", "0")
     assert status == 0
-    assert "has no end" in err
+    assert "has no end: its session is still open, or its program was stopped" in err
     assert "has no end" in text_of(tmp_path / "page")
 
 
@@ -73,7 +86,7 @@ def test_a_record_that_says_otherwise_is_told_unless_unchecked(run, refused, alt
 
     path = altered(other_tip)
     said = refused("session", path, "--output", tmp_path / "page", status=1)
-    assert "the record says" in said
+    assert "0000000000000000 in the record" in said
     status, _, _ = run("session", path, "--output", tmp_path / "page", "--frames", "0", "--unchecked")
     assert status == 0
     assert "without comparing" in text_of(tmp_path / "page")

@@ -95,6 +95,19 @@ def test_the_story_is_told_in_order(session, found):
         assert first.time == time
 
 
+def test_the_highest_pressure_is_told_where_it_was(found):
+    (peak,) = (each for each in found.moments if "highest pressure" in each.title)
+    assert peak.snapshot.limits["pressure"].value > 0.9 * found.pressure.max()
+
+
+def test_the_map_s_legend_covers_no_label(found):
+    figure = map_figure(found)
+    figure.canvas.draw()
+    (axes,) = figure.axes
+    box = axes.get_legend().get_window_extent()
+    assert not any(box.overlaps(each.get_window_extent()) for each in axes.texts if each.get_text())
+
+
 def test_warnings_are_told_once_with_their_time(session, found):
     for code, text, severity, first, seconds in found.warnings:
         said = [each for each in session[1] if code in [w.code for w in each.warnings]]

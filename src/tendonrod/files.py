@@ -58,3 +58,10 @@ def text_of(field: str, name: str, kind: str, encoding: str | None = None, hint:
         raise InvalidInput(field, Fact(name or "''"), f"an existing {kind} file") from None
     except OSError as error:
         raise InvalidInput(field, Fact(name), f"a readable file: {error.strerror}") from None
+
+
+def with_comments_apart(text: str) -> tuple[list[str], str]:
+    """The lines that begin with # above the first that holds anything else, and the text with them made empty."""
+    lines = text.splitlines(keepends=True)
+    above = next((k for k, line in enumerate(lines) if line.strip() and not line.startswith("#")), len(lines))
+    return [line for line in lines[:above] if line.strip()], "\n" * above + "".join(lines[above:])

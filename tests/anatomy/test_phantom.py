@@ -200,7 +200,7 @@ def test_targets_without_room_are_proved_unreachable(anatomical):
 
 
 def test_a_cord_wider_than_its_canal_is_refused():
-    with pytest.raises(InvalidInput, match=r"canal_width = -.* mm between cord and canal at T8"):
+    with pytest.raises(InvalidInput, match=r"canal_width_mm less cord_width_mm = -12\.00 mm at T8: must be > 0"):
         column(has_dura=False, canal_width=8.0, cord_width=20.0)
     with pytest.raises(InvalidInput, match=r"dural sac = .* mm at .*: must be room for the cord of"):
         column(cord_depth=12.0)

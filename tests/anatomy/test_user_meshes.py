@@ -198,9 +198,9 @@ def test_unreadable_meshes_are_named(folder, name, content, said):
         ("name = \"canal\"", "name = \"cord\"", "structures = ['cord', 'cord']: must be of different names"),
         ("tolerance_mm = 1.0", "tolerance = 1.0", "target[0]: tolerance = 1.0: must be left out, or under"),
         ("tolerance_mm = 1.0", "", "target[0].tolerance_mm = missing: must be given"),
-        ("tolerance_mm = 1.0", "tolerance_mm = 0", "tolerance = 0.0: must be > 0"),
+        ("tolerance_mm = 1.0", "tolerance_mm = 0", "target[0].tolerance_mm = 0.0: must be > 0"),
         ("[0.0, 6.5, 10.0]", "[0.0, 6.5]", "target[0].position_mm = [0.0, 6.5]: must be a vector of 3 finite numbers"),
-        ("spacing_mm = 0.8", "spacing_mm = 0.01", "spacing = 1e-05: must be from 0.0001 to 0.002"),
+        ("spacing_mm = 0.8", "spacing_mm = 0.01", "distance_spacing_mm = 0.01: must be from 0.1 to 2"),
         ('kind = "meshes"', 'kind = "mesh"', "kind = 'mesh': must be one of printed, anatomical, meshes"),
         ('kind = "meshes"', "", "kind = missing: must be one of printed, anatomical, meshes"),
         ('kind = "meshes"', 'kind = "printed"', "must be left out, or under one of the keys name, kind"),
@@ -213,3 +213,42 @@ def test_wrong_keys_are_named(folder, old, new, said):
 
 def test_a_sound_mesh_passes():
     check_mesh("cord", *cylinder())
+
+
+SECOND = """
+[[target]]
+name = "second"
+position_mm = [0.0, 0.0, 10.0]
+tolerance_mm = 1.0
+"""
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("second", "beside", "target[1].name = 'beside': must be a name of its own; target[0] has this one"),
+        ("[0.0, 0.0, 10.0]", "[1.0, 0.0, 10.0]", "target[1].position_mm = [1.0, 0.0, 10.0]: must be outside the cord"),
+    ],
+)
+def test_a_target_inside_the_cord_or_named_twice_is_refused(folder, old, new, said):
+    write_file(folder, FILE + SECOND.replace(old, new))
+    assert said in refused(folder)
+
+
+@pytest.mark.parametrize(
+    ("position", "said"),
+    [
+        ([0.0, 9.5, 10.0], "target second lies 0.50 mm inside canal, though its tolerance reaches out of it"),
+        ([0.0, 11.0, 10.0], "target second lies 2.00 mm inside canal"),
+        ([300.0, 0.0, 10.0], "target second lies 291.0 mm outside the box around all structures"),
+    ],
+)
+def test_a_target_in_a_wall_or_far_from_everything_is_told(folder, position, said):
+    write_file(folder, FILE + SECOND.replace("[0.0, 0.0, 10.0]", str(position)))
+    assert load(folder).doubts() == (said,)
+
+
+def test_targets_in_free_space_leave_no_doubt(folder):
+    assert load(folder).doubts() == ()
+    for source in ("printed", "anatomical"):
+        assert load_phantom(source, levels="L2").doubts() == ()

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from leader_distance import Leader
-from tendonrod import InvalidInput, solve
+from tendonrod import InvalidInput, load_robot, solve
 from tendonrod.motion.follow_leader import plan_follow_leader
 from tendonrod.motion.plan import COLUMNS, Plan
+from tendonrod.motion.plan_origin import read_origin
 from textbook import GRAVITY, farthest, prototype
 
 DOWN = tuple(GRAVITY.tolist())
@@ -90,12 +91,34 @@ def test_arrays_are_read_only():
 def test_csv_round_trip(tmp_path):
     found = plan("full")
     with found.write(tmp_path / "plan.csv").open(newline="") as file:
-        header, *rows = csv.reader(file)
+        header, *rows = csv.reader(line for line in file if not line.startswith("#"))
     values = np.array(rows, dtype=float)
     assert header[:4] == ["progress", "insertion", "rotation_rad", "tension_N"]
     assert all(name.endswith(("_m", "_percent_of_exposed_length")) for name in header[4:])
     for column, name in zip(values.T, COLUMNS, strict=True):
         np.testing.assert_array_equal(column, getattr(found, name))
+
+
+def test_a_csv_says_what_it_is_for(tmp_path):
+    found = plan("full")
+    lines = found.write(tmp_path / "plan.csv").read_text().splitlines()
+    origin = read_origin(lines)
+    assert origin == found.origin
+    assert origin is not None
+    assert origin.differences(found.robot, found.gravity) == []
+    other = found.robot.replace(torsion="homogenized")
+    assert origin.differences(other, (0.0, 0.0, -9.81)) == [
+        "torsion published, here homogenized",
+        "gravity (-9.81, 0, 0) m/s2, here (0, 0, -9.81)",
+    ]
+    with pytest.raises(InvalidInput, match=r"plan = p\.csv, made for exonav-1: must be a plan for exonav-3"):
+        origin.check_robot("plan", "p.csv", load_robot("exonav-3"))
+
+
+@pytest.mark.parametrize("change", ["", "# robot = exonav-1", '# gravity_m_s2 = [1, "x", 3]', "# freedom"])
+def test_comments_that_do_not_tell_all_tell_nothing(change):
+    lines = [line for line in plan().origin.lines() if change[:6] not in line] if change else []
+    assert read_origin([*lines, change, "# made by hand, 2030"]) is None
 
 
 def test_json_round_trip(tmp_path):
@@ -142,7 +165,7 @@ def test_a_link_stays_a_link(tmp_path):
     link.symlink_to(real)
     assert plan(steps=2).write(link) == link
     assert link.is_symlink()
-    assert real.read_text().startswith("progress,")
+    assert "\nprogress," in real.read_text()
 
 
 # ---- polynomial and its edges ----

@@ -11,6 +11,7 @@ import numpy as np
 from tendonrod.errors import InvalidInput
 from tendonrod.navigate.commands import Jog, Posture
 from tendonrod.navigate.outer_tube import OuterTube
+from tendonrod.navigate.recovery import Trouble
 from tendonrod.navigate.snapshot import Gauge, Snapshot
 
 LENGTH = 0.05
@@ -45,7 +46,17 @@ class PretendSession:
         self.scenario, self.coupled, self.fail, self.closed = scenario(), True, False, False
         self.steps: list[tuple[Jog, float]] = []
         self.record: Any = None
+        self.trouble: Trouble | None = None
+        self.acknowledged: list[bool] = []
+        self.halted = 0
         self.snapshot = _snapshot(0, 0.0, Posture(tension=(0.0,)), self.scenario.tube, ())
+
+    def acknowledge(self, home: bool = False) -> None:
+        self.acknowledged.append(home)
+        self.trouble = None
+
+    def halt(self) -> None:
+        self.halted += 1
 
     def step(self, jog: Jog, dt: float) -> Snapshot:
         if self.fail:
@@ -59,6 +70,9 @@ class PretendSession:
         self.steps.append((jog, dt))
         self.snapshot = _snapshot(last.index + 1, last.time + dt, posture, last.tube, last.reached)
         return self.snapshot
+
+    def rehearse(self) -> None:
+        """Nothing is to be loaded."""
 
     @property
     def moved(self) -> list[tuple[Jog, float]]:

@@ -16,10 +16,12 @@ from tendonrod.navigate.messages import CLIENT, page_schema
 
 PAGE = Path(tendonrod.navigate.__file__).with_name("web")
 GOOD = {
-    "take": {}, "release": {}, "stop": {}, "reset": {}, "replay_stop": {}, "ping": {"id": 3},
+    "acknowledge": {}, "take": {}, "release": {}, "stop": {}, "reset": {}, "replay_stop": {}, "ping": {"id": 3},
     "jog": {"seq": 1, "insertion": 1.0, "rotation": -1, "tension": 0.5, "hold": True},
     "rates": {"insertion": 3e-3, "rotation": 0.5, "tension": 0.1}, "coupling": {"on": False}, "record": {"on": True},
-    "place": {"tube": {"height": 0.02, "tilt": 0.3}}, "replay": {"name": "2030-01-31-101500.jsonl", "speed": 2.0},
+    "place": {"tube": {"height": 0.02, "tilt": 0.3}},
+    "replay_set": {"speed": 4.0, "paused": True, "at": 2.5},
+    "replay": {"name": "2030-01-31-101500.jsonl", "speed": 2.0},
 }  # fmt: skip
 
 
@@ -38,7 +40,7 @@ def test_every_message_of_a_client_is_understood():
 def test_unknown_and_missing_fields_are_refused(kind):
     with pytest.raises(ValidationError):
         CLIENT.validate_json(json.dumps({"type": kind, **GOOD[kind], "unknown": 1}))
-    needed = [name for name in GOOD[kind] if name != "speed"]
+    needed = [name for name in GOOD[kind] if kind != "replay_set" and name != "speed"]
     for name in needed:
         with pytest.raises(ValidationError):
             CLIENT.validate_json(json.dumps({"type": kind, **{key: GOOD[kind][key] for key in needed if key != name}}))
@@ -55,10 +57,10 @@ def test_a_deflection_is_a_number_from_minus_one_to_one(field, value):
 def test_rates_have_the_same_bounds_on_the_wire_as_inside():
     for name, ends in Rates.allowed().items():
         for value in ends:
-            asked.RateBody(**{**GOOD["rates"], name: value})
+            asked.SomeRates(**{**GOOD["rates"], name: value})
         for value in (0.99 * ends[0], 1.01 * ends[1]):
             with pytest.raises(ValidationError):
-                asked.RateBody(**{**GOOD["rates"], name: value})
+                asked.SomeRates(**{**GOOD["rates"], name: value})
 
 
 def moved():

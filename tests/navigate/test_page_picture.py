@@ -113,7 +113,7 @@ def test_dark_and_light_follow_the_system_until_they_are_chosen(tab):
     assert tab.get("document.documentElement.dataset.theme") == "light"
 
 
-@pytest.mark.parametrize("size", [(1366, 768), (1180, 820), (820, 1180)])
+@pytest.mark.parametrize("size", [(1366, 768), (1180, 820), (1024, 768), (820, 1180)])
 def test_nothing_is_cut_off_on_laptop_and_tablet(tab, size):
     tab.page.set_viewport_size({"width": size[0], "height": size[1]})
     tab.page.wait_for_timeout(100)
@@ -125,6 +125,31 @@ def test_nothing_is_cut_off_on_laptop_and_tablet(tab, size):
     assert tab.get(outside) == []
     nameless = "one => !(one.textContent || one.ariaLabel || one.title).trim()"
     assert tab.get(f"[...document.querySelectorAll('button')].filter({nameless}).length") == 0
+
+
+def test_a_phone_needs_no_scrolling_sideways(tab):
+    tab.page.set_viewport_size({"width": 390, "height": 844})
+    tab.page.wait_for_timeout(100)
+    assert tab.get("document.documentElement.scrollWidth") == 390
+
+
+def test_a_slow_browser_gets_fewer_triangles_and_the_same_sections(tab):
+    """A sphere of 5 mm: its coarser mesh stays within a cell of it, and has a fraction of the triangles."""
+    anatomy = "tendonrod.picture.anatomy"
+    area = tab.get(f"{anatomy}.parts[0].slicer.cut(4)[0].length")
+    tab.get(f"{anatomy}.coarsen()")
+    assert tab.get(f"{anatomy}.parts[0].slicer.cut(4)[0].length") == area
+    sphere = tab.get("""(() => {
+        const ball = tendonrod.picture.stage.robot.tip.geometry.clone().scale(5, 5, 5);
+        const data = {positions: ball.attributes.position.array, faces: ball.index.array};
+        const part = {mesh: {geometry: ball}, look: {cell: 1.2}, data};
+        tendonrod.picture.anatomy.thin(part);
+        const found = part.mesh.geometry;
+        return [ball.index.count, found.index.count, Array.from(found.attributes.position.array)]; })()""")
+    before, after, points = sphere
+    assert 0 < after < 0.9 * before
+    radii = [sum(x * x for x in points[k : k + 3]) ** 0.5 for k in range(0, len(points), 3)]
+    assert all(5.0 - 0.6 < radius <= 5.0 + 1e-3 for radius in radii)
 
 
 def test_a_lost_connection_is_told_and_comes_back(tab):

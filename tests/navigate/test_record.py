@@ -3,6 +3,7 @@
 import errno
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -76,8 +77,51 @@ def test_an_edited_record_is_told_by_step(path):
     at = next(k for k, line in enumerate(lines) if '"jog":[0.009' in line)
     lines[at] = lines[at].replace('"jog":[0.009', '"jog":[0.008')
     path.write_text("\n".join(lines) + "\n")
-    with pytest.raises(ReplayDiffers, match=r"step 51 of .*: the tip is at \(.*\) mm, the record says"):
+    with pytest.raises(ReplayDiffers, match=r"step 51 of .*: insertion \(share\) 0.00\d+ in the record, 0.00"):
         list(replay(path))
+
+
+TOLD = {
+    "at": ([1e-12 + 0.9 / 60.0 * 30, 0, 0], "insertion (share) 0.45", "0.0000 computed"),
+    "tip": (
+        [0.0049, 0.0, 1e-7],
+        "(4.9000, 0.0000, 0.0001) in the record",
+        "(4.9000, 0.0000, 0.0000) computed",
+    ),
+    "digest": ("0" * 16, "hash of the whole shape 0000000000000000 in the record", "computed"),
+    "blocked": ("too far", "command refused in the record", "carried out computed"),
+    "index": (7, "index 7 in the record", "1 computed"),
+}
+
+
+@pytest.mark.parametrize("field", TOLD)
+def test_whatever_was_edited_is_named_with_both_values(path, field):
+    played(path)
+    lines = path.read_text().splitlines()
+    value, recorded, computed = TOLD[field]
+    lines[1] = json.dumps(json.loads(lines[1]) | {field: value})
+    path.write_text("\n".join(lines) + "\n")
+    with pytest.raises(ReplayDiffers) as found:
+        list(replay(path))
+    assert recorded in str(found.value)
+    assert computed in str(found.value)
+
+
+@pytest.mark.parametrize("apart", [1e-3, 1e-7, 1e-13, 2.3e-16])
+def test_both_values_are_told_with_digits_enough_to_differ(path, apart):
+    played(path)
+    lines = path.read_text().splitlines()
+    k, line = next((k, json.loads(line)) for k, line in enumerate(lines) if '"jog":[0.009' in line)
+    line["at"][2] += apart
+    lines[k] = json.dumps(line)
+    path.write_text("\n".join(lines) + "\n")
+    with pytest.raises(ReplayDiffers) as found:
+        list(replay(path))
+    said = re.search(r"tension 1 \(N\) (\S+) in the record, (\S+) computed", str(found.value))
+    assert said is not None
+    then, now = map(float, said.groups())
+    assert then > now
+    assert now == pytest.approx(0.45)
 
 
 def test_other_versions_are_named(path):

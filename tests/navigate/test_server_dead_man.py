@@ -82,6 +82,40 @@ def test_an_old_command_is_not_renewed_once_another_is_held_or_it_ran_out(clock)
     assert not switch.renew(second)
 
 
+def test_a_command_that_ran_out_is_resumed_and_one_that_was_ended_is_not(clock):
+    switch = DeadMan(clock)
+    serial = switch.hold("on", 1.0)
+    assert switch.spend(0.03) == ("on", 0.03)
+    clock.now += 0.2
+    assert not switch.renew(serial)
+    assert switch.outcome(serial) == (0.03, "no sign of life for 150 ms")
+    assert switch.resume(serial)
+    assert switch.outcome(serial) == (0.03, "")
+    clock.now += 0.2
+    assert switch.spend(0.03) is None
+    switch.let_go("stopped by b")
+    assert not switch.resume(serial)
+    assert switch.outcome(serial) == (0.03, "stopped by b")
+    other = switch.hold("off", 1.0)
+    clock.now += 0.2
+    assert switch.spend(0.03) is None
+    newest = switch.hold("newest")
+    assert not switch.resume(other)
+    assert switch.outcome(other) == (0.0, "another command came")
+    assert switch.renew(newest)
+
+
+def test_one_step_is_no_longer_than_its_command_allows(clock):
+    switch = DeadMan(clock)
+    switch.hold("on", 0.05)
+    assert switch.spend(0.03, lambda command: 0.01) == ("on", 0.01)
+    assert switch.spend(0.03) == ("on", 0.03)
+    last = switch.spend(0.03)
+    assert last is not None
+    assert last[1] == pytest.approx(0.01)
+    assert switch.spend(0.03) is None
+
+
 def test_control_goes_to_one_and_stays_until_released(clock):
     seat = Seat(clock)
     assert seat.refusal("a") == "nobody has control: take it first"

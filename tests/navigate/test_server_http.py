@@ -1,10 +1,10 @@
 """The HTTP interface: what it shows, what it asks for, what it refuses."""
 
 import contextlib
+import dataclasses
 import json
 import struct
 import threading
-import time
 
 import httpx
 import numpy as np
@@ -57,6 +57,7 @@ def test_a_mesh_comes_as_the_triangles_that_it_is(server, web):
 
 def test_a_script_moves_as_far_as_it_asks(server, script):
     state = script.post("/api/step", json={"insertion": 1.0, "duration": 0.4}).json()
+    assert (state["seconds_done"], state["ended_early"]) == (0.4, None)
     assert state["insertion"] * LENGTH == pytest.approx(0.4 * 3e-3, rel=1e-6)
     assert server.session.snapshot.insertion == pytest.approx(state["insertion"], abs=1e-6)
 
@@ -98,12 +99,45 @@ def test_a_record_that_somebody_deleted_is_missing_and_no_failure(tmp_path):
 
 def test_a_step_ends_where_somebody_stops_it(server, script):
     def stop():
-        time.sleep(0.3)
+        eventually(lambda: bool(server.session.moved))
         httpx.post(f"{server.url}/api/stop", json={})
 
+    server.session.steps.clear()
     threading.Thread(target=stop).start()
     state = script.post("/api/step", json={"insertion": 1.0, "duration": 5.0}).json()
-    assert 0.0 < state["insertion"] * LENGTH < 4.0 * 3e-3
+    assert state["ended_early"] == "stopped by a script"
+    assert 0.0 < state["seconds_done"] < 5.0
+    assert state["insertion"] * LENGTH == pytest.approx(state["seconds_done"] * 3e-3, rel=1e-4)
+
+
+def test_a_server_that_was_too_busy_for_a_sign_of_life_stands_still_then_goes_on(server, script):
+    switch, lapses = server.service.pilot.dead_man, []
+
+    def late():
+        eventually(lambda: bool(server.session.moved))
+        with switch._lock:  # as if nobody had come for a while
+            switch._held = switch._held and dataclasses.replace(switch._held, at=switch._held.at - 1.0)
+        lapses.append(1)
+
+    server.session.steps.clear()
+    threading.Thread(target=late).start()
+    state = script.post("/api/step", json={"insertion": 1.0, "duration": 0.5}).json()
+    assert lapses
+    assert (state["seconds_done"], state["ended_early"]) == (0.5, None)
+    assert state["insertion"] * LENGTH == pytest.approx(0.5 * 3e-3, rel=1e-6)
+
+
+def test_what_needs_no_words_takes_no_body(server, script):
+    for path, status in (("reset", 200), ("replay/stop", 204), ("stop", 204), ("release", 204)):
+        assert script.post(f"/api/{path}").status_code == status, path
+
+
+def test_rates_are_changed_one_by_one(server, script):
+    before = script.post("/api/rates", json={}).json()["rates"]
+    found = script.post("/api/rates", json={"rotation": 0.25}).json()["rates"]
+    assert found == before | {"rotation": 0.25}
+    assert script.post("/api/rates", json=before).json()["rates"] == before
+    assert script.post("/api/rates", json={"speed": 1.0}).status_code == 422
 
 
 def test_a_step_ends_with_its_connection(server, script):
@@ -115,9 +149,10 @@ def test_a_step_ends_with_its_connection(server, script):
 
 def test_nothing_is_changed_without_control(server, web):
     before = server.session.snapshot
-    paths = ("step", "place", "reset", "rates", "coupling", "recording", "replay", "replay/stop", "release")
+    paths = ("step", "place", "reset", "rates", "coupling", "recording", "replay", "replay/set", "replay/stop")
+    paths += ("release",)
     bodies = ({"duration": 1.0, "insertion": 1.0}, {}, {}, {"insertion": 1e-3, "rotation": 1.0, "tension": 0.1})
-    bodies += ({"on": False}, {"on": False}, {"name": "x.jsonl"}, {}, {})
+    bodies += ({"on": False}, {"on": False}, {"name": "x.jsonl"}, {"paused": True}, {}, {})
     for path, body in zip(paths, bodies, strict=True):
         for headers in ({}, {"X-Key": "wrong"}):
             answer = web.post(f"/api/{path}", json=body, headers=headers)

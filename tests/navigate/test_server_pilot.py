@@ -151,7 +151,9 @@ def test_a_record_is_shown_at_its_pace_and_nothing_moves_meanwhile(bridge):
     refused = bridge.pilot.ask(lambda session: session.reset())
     bridge.run(1.0)
     assert "end the replay" in str(refused.exception(0))
-    assert not bridge.pilot.is_replaying
+    assert bridge.shown[-1].snapshot.time == pytest.approx(frames[-1].time)  # the end of the record stays in sight
+    bridge.pilot.stop_playing()
+    bridge.run(0.2)
     assert bridge.shown[-1].mode == "live"
     assert bridge.shown[-1].snapshot.insertion == 0.0
 

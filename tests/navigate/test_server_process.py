@@ -76,6 +76,7 @@ def shown_again(server, name, last):
     page.jog(insertion=1.0)
     assert "end the replay" in page.wait("error")["text"]
     page.wait("state", lambda each: each["mode"] == "replay" and each["insertion"] > 0.9 * last)
+    page.send("replay_stop")
     page.wait("state", lambda each: each["mode"] == "live" and each["insertion"] == 0.0)
 
 
@@ -86,6 +87,7 @@ def test_an_interrupt_ends_it_cleanly_and_the_record_is_named(tmp_path):
     (record,) = tmp_path.glob("*.jsonl")
     assert process.returncode == 0
     assert told.splitlines()[-1] == f"tendonrod: ended; the session is in {record}"
+    assert f"tendonrod: the session is recorded in {record}; Ctrl-C here ends it" in told.splitlines()
     assert "Traceback" not in told
     assert json.loads(record.read_text().splitlines()[-1]) == {"event": "end"}
     assert list(replay(record))[-1].insertion > 0.0
@@ -116,6 +118,9 @@ def test_a_taken_port_is_named(refused, tmp_path):
         (["--port", "http"], "--port"),
         (["--port", "70000"], "--port"),
         (["--host", "192.0.2.1"], "--host"),
+        (["--host", "nonsense.invalid"], "--host = nonsense.invalid: must be an address of this machine"),
+        (["--host", "192.0.2.1"], "it is not one of this machine's"),
+        (["--host", ""], "--host = '': must be an address of this machine"),
         (["--script", "moves.csv"], "--script"),
         (["--headless"], "--headless"),
         (["--json"], "--json"),

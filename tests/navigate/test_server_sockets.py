@@ -2,6 +2,7 @@
 
 import contextlib
 import json
+import socket
 import time
 
 import pytest
@@ -11,6 +12,7 @@ from navigate.pretend import LENGTH, PretendSession
 from navigate.served import served
 from tendonrod.navigate.hub import FAULTS, PER_SECOND
 from tendonrod.navigate.messages import LARGEST, SERVER
+from tendonrod.navigate.server import listening
 
 
 @pytest.fixture
@@ -112,6 +114,14 @@ def test_what_is_not_understood_is_refused_in_a_sentence_and_moves_nothing(serve
     assert not server.session.moved
     assert server.session.snapshot.posture == before.posture
     assert server.session.snapshot.tube == before.tube
+
+
+def test_a_state_does_not_wait_for_an_answer_to_the_one_before():
+    """Nagle's algorithm would hold back every second one from a page that sends commands, for up to 40 ms."""
+    with listening("127.0.0.1", 0) as at, socket.create_connection(at.getsockname()):
+        connection, _ = at.accept()
+        with connection:
+            assert connection.getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY)
 
 
 def test_bytes_are_refused(server):

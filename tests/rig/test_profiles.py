@@ -59,6 +59,16 @@ def test_a_plans_file_gives_the_same_profile(plan, tmp_path):
         assert a.pay_rate(x) == b.pay_rate(x)
 
 
+def test_a_file_for_another_robot_is_refused(plan, tmp_path):
+    file = plan.write(tmp_path / "plan.csv")
+    with pytest.raises(InvalidInput, match=rf"plan = .*plan\.csv, made for {ROBOT.name}: must be a plan for exonav-3"):
+        profile("plan", load_robot("exonav-3"), plan=file)
+    old = "".join(line for line in file.read_text().splitlines(keepends=True) if not line.startswith("#"))
+    file.write_text(old)
+    assert profile("plan", ROBOT, plan=file, gravity=DOWN).tension.value(0.5) > 0.0
+    assert read_commands(file).origin is None
+
+
 def test_a_plan_with_rotation_hands_it_on():
     turned = plan_follow_leader(ROBOT, 0.7, DOWN, steps=4, freedom="full")
     found = profile("plan", ROBOT, 0.7, DOWN, turned)

@@ -1,5 +1,6 @@
 """Limits from the model: the strain table against direct solves, and limits that follow from it."""
 
+import re
 from dataclasses import replace
 from itertools import pairwise
 
@@ -9,7 +10,7 @@ import pytest
 from rig.plain_bench import period, plain_bench
 from tendonrod import load_robot, solve
 from tendonrod.errors import InvalidInput
-from tendonrod.loads import LumpedMass
+from tendonrod.loads import LumpedMass, PointLoad
 from tendonrod.rig.guarded import GuardedBench
 from tendonrod.rig.limits import Limits
 from tendonrod.rig.model_limits import SHARE, bench_limits, strain_limit
@@ -99,3 +100,25 @@ def test_default_limits_are_those_of_the_first_prototype(robot):
     assert Limits().strain == pytest.approx(PLATEAU_STRAIN, rel=1e-3)
     assert Limits().tension < (tension_limits(load_robot("exonav-1"))[0].tension or 0.0)
     assert Limits().length == pytest.approx(robot.section.L, rel=2e-3)
+
+
+def test_a_load_that_leaves_no_room_is_named_with_what_would_be_borne(robot):
+    """What it says is borne has limits, a tenth more has none."""
+    table = strain_limit(robot, GRAVITY, (LumpedMass(mass=5e-3),))
+    with pytest.raises(InvalidInput, match=r"load = 5 g, gravity \(0, -9.81, 0\) m/s2: must be less") as found:
+        bench_limits(robot, table)
+    borne = re.search(r"it bears ([\d.]+) g, or all of it with ([\d.]+) of this gravity", str(found.value))
+    assert borne is not None
+    mass, share = 1e-3 * float(borne[1]), float(borne[2])
+    assert bench_limits(robot, strain_limit(robot, GRAVITY, (LumpedMass(mass=mass),))).tension > 0.0
+    weaker = [share * x for x in GRAVITY]
+    assert bench_limits(robot, strain_limit(robot, weaker, (LumpedMass(mass=5e-3),))).tension > 0.0
+    with pytest.raises(InvalidInput, match="load"):
+        bench_limits(robot, strain_limit(robot, GRAVITY, (LumpedMass(mass=1.1 * mass),)))
+
+
+def test_its_own_weight_and_a_force_can_be_too_much(robot):
+    with pytest.raises(InvalidInput, match=r"load = gravity \(-981, 0, 0\) m/s2: .*it bears 0\.\d+ of this gravity"):
+        bench_limits(robot, strain_limit(robot, (-981.0, 0.0, 0.0)))
+    with pytest.raises(InvalidInput, match=r"load = 1 other load, gravity .*it bears 0\.\d+ of the loads$"):
+        bench_limits(robot, strain_limit(robot, loads=(PointLoad(force=(0.0, 0.05, 0.0)),)))

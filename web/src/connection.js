@@ -1,14 +1,15 @@
 // The socket to the server: reconnects by itself, and takes silence for a lost connection.
 
 const SILENCE_MS = 1500; // the server speaks at least ten times a second
+const WATCH_MS = 250;
 const RETRY_MS = [250, 500, 1000, 2000];
 
 export class Connection {
   /** `onMessage(message)`, `onStatus(isConnected)`; nothing is sent or kept while there is no connection. */
   constructor(url, { onMessage, onStatus }) {
-    Object.assign(this, { url, onMessage, onStatus, tries: 0, heard: 0, isOpen: false });
+    Object.assign(this, { url, onMessage, onStatus, tries: 0, heard: 0, watched: 0, isOpen: false });
     this.open();
-    setInterval(() => this.watch(), 250);
+    setInterval(() => this.watch(), WATCH_MS);
   }
 
   open() {
@@ -39,8 +40,12 @@ export class Connection {
     setTimeout(() => this.open(), wait);
   }
 
+  /** A page that was held up has messages waiting: it is judged only when it had time to hear them. */
   watch() {
-    if (this.isOpen && performance.now() - this.heard > SILENCE_MS) this.drop();
+    const now = performance.now();
+    const isOnTime = now - this.watched < 2 * WATCH_MS;
+    this.watched = now;
+    if (this.isOpen && isOnTime && now - this.heard > SILENCE_MS) this.drop();
   }
 
   /** Gives this connection up at once: a dead link may take minutes to report its end. */

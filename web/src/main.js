@@ -8,10 +8,14 @@ import { Keys } from "./controls/keys.js";
 import { guard } from "./controls/safety.js";
 import { Connection, socketUrl } from "./connection.js";
 import { byId, setText } from "./panels/elements.js";
+import { Fault } from "./panels/fault.js";
 import { Header } from "./panels/header.js";
+import { Hint } from "./panels/hint.js";
 import { Pad } from "./panels/pad.js";
 import { Picture } from "./picture.js";
 import { Placing } from "./panels/placing.js";
+import { Player } from "./panels/player.js";
+import { Recording } from "./panels/recording.js";
 import { Records } from "./panels/records.js";
 import { Settings } from "./panels/settings.js";
 import { Store } from "./store.js";
@@ -46,12 +50,17 @@ function onHalt(reason, wasMoving) {
 }
 
 guard({ halt, stop });
+picture.beforeDrawing = () => jog.tickIfDue(); // a drawing may take long, and the timer would be late by it
 
 // ---- panels that act
 const pad = new Pad(byId("axes"), { bindings, buttons, onRates: sendRatesSoon });
 new Header({ store, send, stop });
 new Placing({ store, send });
+new Recording({ store, send });
 new Records({ store, send, query });
+new Player({ store, send });
+new Fault({ store, send });
+new Hint({ store, bindings });
 new Settings({ bindings, gamepads });
 bindings.readLayout();
 for (const dialog of document.querySelectorAll("dialog")) dialog.addEventListener("focusin", () => halt("A dialog is open"));
@@ -82,12 +91,13 @@ function showControls() {
   coupling.disabled = !store.maySteer;
   pad.showWish(store.maySteer ? jog.read() : { hold: false });
   setText(byId("input-text"), inputText());
+  setText(byId("pad-text"), store.maySteer ? "hold to move, let go to stop" : "");
 }
 
 function inputText() {
   if (!store.connected) return "";
-  if (store.isReplaying) return "Replay: nothing can be moved.";
-  if (!store.control.you) return "Watching only.";
+  if (store.isReplaying) return "A replay: nothing can be moved.";
+  if (!store.control.you) return store.control.free ? "Take control to move the robot." : `Watching: ${store.control.operator} has control.`;
   return gamepads.id === null ? "Keys, buttons or a gamepad." : gamepads.describe();
 }
 

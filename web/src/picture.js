@@ -17,15 +17,16 @@ import { byId, setText } from "./panels/elements.js";
 const SLOW = { gauges: 90, section: 70, strip: 160 }; // ms between redrawings of each
 const MOVED = 1e-3; // m, from which a moved outer tube is framed anew
 const REACHED = /^target (.+) is reached$/; // as the server says it
+const LATE = /^no command for /; // likewise
 const seconds = () => performance.now() / 1e3;
 
 export class Picture {
   constructor(store, query) {
-    Object.assign(this, { store, query, framesDrawn: 0, isFresh: false, drawn: {} });
-    this.stage = makeStage();
+    Object.assign(this, { store, query, framesDrawn: 0, isFresh: false, drawn: {}, beforeDrawing: () => {} });
+    this.stage = makeStage((rate) => this.admitSlow(rate));
     this.anatomy = this.stage?.anatomy ?? new Anatomy();
     this.strip = new Strip(byId("strip"));
-    this.events = new Events(byId("events"), (severity) => this.strip.mark(severity, seconds()));
+    this.events = new Events(byId("events"), (severity, text) => this.strip.mark(severity, seconds(), text));
     this.compass = new Compass(byId("compass"));
     this.gauges = new Gauges(byId("gauges"));
     this.warnings = new Warnings(byId("banner"), byId("warnings"));
@@ -47,6 +48,7 @@ export class Picture {
   }
 
   tell({ text, severity, time }) {
+    if (LATE.test(text) && this.store.control.you) this.stage?.giveWay();
     const [, name] = text.match(REACHED) ?? [];
     if (name) this.events.add(`${placeOf(name)} ${name.split("@")[1]} reached`, "good", time);
     else this.events.add(this.named(text), severity, time);
@@ -77,6 +79,12 @@ export class Picture {
     this.isFresh = true;
   }
 
+  /** Said once: who drives must not take a slow picture for a slow robot. */
+  admitSlow(rate) {
+    const text = `This browser draws slowly (${Math.max(1, Math.round(rate))} frames/s): the picture is coarser for it, the controls do not wait for it`;
+    this.events.add(text, "info", this.store.state?.time);
+  }
+
   choose(name) {
     if (this.stage) this.stage.targets.chosen = name;
     this.touch();
@@ -92,13 +100,16 @@ export class Picture {
   touch() {
     this.isFresh = true;
     this.drawn = {};
-    if (this.theme) this.anatomy.dress(this.theme.colours);
+    if (!this.theme) return;
+    this.anatomy.dress(this.theme.colours);
+    if (this.stage) this.stage.targets.isLight = this.theme.colours.isLight;
   }
 
   frame() {
     requestAnimationFrame(() => this.frame());
     const { state } = this.store;
     const now = performance.now();
+    this.beforeDrawing();
     if (state && this.store.scene && this.isFresh) {
       this.stage?.update(state);
       this.isFresh = false;
@@ -114,7 +125,8 @@ export class Picture {
   }
 
   isDue(what, now) {
-    if (now - (this.drawn[what] ?? -Infinity) < SLOW[what]) return false;
+    const patience = this.stage?.isSlow ? 3 : 1;
+    if (now - (this.drawn[what] ?? -Infinity) < patience * SLOW[what]) return false;
     this.drawn[what] = now;
     return true;
   }
@@ -140,9 +152,9 @@ function levelAt(levels, z) {
   return above && below ? `${above.name}–${below.name}` : "no level";
 }
 
-function makeStage() {
+function makeStage(onSlow) {
   try {
-    return new Stage(byId("view"));
+    return new Stage(byId("view"), onSlow);
   } catch {
     byId("view-missing").hidden = false; // no WebGL: the rest of the page needs none
     return null;

@@ -1,5 +1,7 @@
 // What the page knows: the newest message of each kind, and who wants to hear of it.
 
+const NOBODY = { operator: null, you: false, watchers: 0, free: false };
+
 export class Store {
   constructor() {
     this.listeners = new Map();
@@ -8,7 +10,7 @@ export class Store {
     this.rates = null;
     this.allowedRates = null;
     this.coupled = true;
-    this.control = { operator: null, you: false, watchers: 0 };
+    this.control = NOBODY;
     this.state = null;
     this.stateCount = 0;
     this.connected = false;
@@ -29,6 +31,7 @@ export class Store {
     if (message.type === "control") this.control = message;
     if (message.type === "settings") Object.assign(this, { rates: message.rates, coupled: message.coupled });
     if (message.type === "state") {
+      this.isStill = isSame(this.state, message);
       this.state = message;
       this.stateCount += 1;
     }
@@ -45,7 +48,7 @@ export class Store {
 
   setConnected(connected) {
     this.connected = connected;
-    if (!connected) this.control = { operator: null, you: false, watchers: 0 };
+    if (!connected) this.control = NOBODY;
     this.emit("connection", connected);
     this.emit("control", this.control);
   }
@@ -59,7 +62,22 @@ export class Store {
     return this.connected && this.control.you && !this.isReplaying;
   }
 
+  /** One word for how it is: connecting, lost, fault, replay, refused, partly (refused), moving or live (at rest). */
+  get doing() {
+    const { state } = this;
+    if (!this.connected) return this.scene ? "lost" : "connecting";
+    if (this.isReplaying) return "replay";
+    if (state?.fault) return "fault";
+    if (state?.blocked) return this.isStill ? "refused" : "partly";
+    return state?.moving ? "moving" : "live";
+  }
+
   get isRetracted() {
     return (this.state?.insertion ?? 1) <= 1e-9;
   }
+}
+
+/** Whether the robot stands as it did: what was asked of it meanwhile was refused. */
+function isSame(before, now) {
+  return before?.insertion === now.insertion && before.rotation === now.rotation && String(before.tension) === String(now.tension);
 }

@@ -53,6 +53,15 @@ export function bodyClearance(clearance) {
 /** A sentence with a capital, if it begins with a word of small letters; "page-1" and the like stay. */
 export const capital = (text) => (/^[a-z]+[ ,:]/.test(text) ? text.charAt(0).toUpperCase() + text.slice(1) : text);
 
+/** The name of the target nearest to the tip that was not reached yet; undefined where there is none. */
+export function nearestOf({ targets, reached }) {
+  const open = Object.keys(targets).filter((name) => !reached.includes(name));
+  return open.reduce((best, name) => (best === undefined || targets[name] < targets[best] ? name : best), undefined);
+}
+
+/** Why a move was refused, without the words that it was. */
+export const reasonOf = (blocked) => blocked.replace(/^not moved further: /, "");
+
 /** Minutes, seconds and tenths of a session's clock. */
 export function clock(seconds) {
   const minutes = Math.floor(seconds / 60);

@@ -177,11 +177,13 @@ def _check_canal(column: Column) -> None:
     canal, cord = column.canal(z), column.cord(z)
     offset = np.abs(column.at("cord_offset", z))
     for i, level in enumerate(column.levels):
-        pairs = (("depth", canal.depth[i] - cord.depth[i]), ("width", canal.width[i] - cord.width[i] - offset[i]))
-        for which, gap in pairs:
+        halves = (("depth", canal.depth[i] - cord.depth[i]), ("width", canal.width[i] - cord.width[i] - offset[i]))
+        for which, gap in ((name, 2.0 * half) for name, half in halves):
             if gap <= 0.0:
-                says = f"{1e3 * gap:.2f} mm between cord and canal at {level.name}"
-                raise InvalidInput(f"canal_{which}", Fact(says), "> 0: a canal wider than the cord")
+                says = f"{1e3 * gap:.2f} mm at {level.name}"
+                aside = " and twice cord_offset_mm" if which == "width" and offset[i] else ""
+                field = f"canal_{which}_mm less cord_{which}_mm{aside}"
+                raise InvalidInput(field, Fact(says), "> 0: a canal wider than the cord")
 
 
 def _check_sac(column: Column) -> None:

@@ -18,6 +18,7 @@ from .levels import Level
 ROLES = ("cord", "dura", "canal", "bone", "disc", "root", "ganglion", "ligament")
 KINDS = ("printed", "anatomical", "meshes")
 PRESSURE_LIMIT = 4.8e3  # Pa, on the cord or dura; engineering choice: that of CSF on the dura
+FAR = 10e-3  # m beyond the box around all structures, from which a target looks misplaced
 INDENTATION_LIMIT = 1e-3  # m; engineering choice: pig cord showed changes at 3.2 +- 0.9 mm
 
 
@@ -167,6 +168,32 @@ class Phantom:
     def target(self, name: str) -> Target:
         """The target of that name, else `InvalidInput` that lists them."""
         return self.targets[one_of("target", name, self.targets)]
+
+    @property
+    def narrowest(self) -> tuple[float, str, str] | None:
+        """The smallest of `gaps`, m, with its side and level; None where none are known."""
+        gaps = [(gap, side, level) for level, each in self.gaps.items() for side, gap in each.items()]
+        return min(gaps, default=None)
+
+    def doubts(self) -> tuple[str, ...]:
+        """A sentence with numbers for each target that lies inside a wall, or far from everything."""
+        points = np.concatenate([each.vertices for each in self.structures.values()])
+        low, high = points.min(axis=0), points.max(axis=0)
+        found = []
+        for target in self.targets.values():
+            at = np.array(target.position)
+            off = float(np.linalg.norm(np.maximum(0.0, np.maximum(low - at, at - high))))
+            if off > FAR:
+                found.append(f"target {target.name} lies {1e3 * off:.1f} mm outside the box around all structures")
+            elif (room := float(self._free.distance(at[None])[0][0])) < 0.0:
+                reach = "" if target.tolerance < -room else ", though its tolerance reaches out of it"
+                found.append(f"target {target.name} lies {-1e3 * room:.2f} mm inside {self._wall_at(at)}{reach}")
+        return tuple(found)
+
+    def _wall_at(self, at: np.ndarray) -> str:
+        """Name of the wall that ``at`` (3,) m is deepest in."""
+        walls = {name: each.surface for name, each in self.structures.items() if each.is_wall and each.surface}
+        return min(walls, key=lambda name: float(walls[name].distance(at[None])[0][0]))
 
     def check_robot(self, outer_radius: float) -> None:
         """Raises `InvalidInput` where a tube of ``outer_radius`` (m) fits into no gap beside the cord, or dura.

@@ -10,13 +10,13 @@ from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
-from ..errors import MISSING, Fact, InvalidInput, finite, one_of, positive, vector
+from ..errors import MISSING, Fact, InvalidInput, finite, one_of, positive, vector, within
 from ..files import text_of
 from .building import anatomical_phantom, printed_phantom
 from .dimensions import Dimensions
 from .levels import DEFAULT, Level, level_range
 from .phantom import Phantom, Target
-from .usermeshes import MeshSource, Placing, mesh_phantom
+from .usermeshes import SPACINGS, MeshSource, Placing, mesh_phantom
 
 SHAPE = 'a phantom: name, kind = "printed", "anatomical" or "meshes", then [scale] and [numbers], or [[structure]]'
 COMMON = ("name", "kind", "pressure_limit_kpa", "cord_indentation_limit_mm")
@@ -48,12 +48,27 @@ def _of_meshes(source: str, name: str, table: Mapping[str, Any], levels: str | N
     structures = tuple(_mesh(folder, i, each) for i, each in enumerate(_tables(table, "structure")))
     targets = tuple(_target(i, each) for i, each in enumerate(_tables(table, "target")))
     spacing = (
-        {"spacing": MM * finite("distance_spacing_mm", table["distance_spacing_mm"])}
+        {"spacing": MM * within("distance_spacing_mm", table["distance_spacing_mm"], *(each / MM for each in SPACINGS))}
         if ("distance_spacing_mm" in table)
         else {}
     )
     known = tuple(_level(i, each) for i, each in enumerate(_tables(table, "level")))
-    return mesh_phantom(name, structures, targets, known, _placing(table), **spacing)
+    made = mesh_phantom(name, structures, targets, known, _placing(table), **spacing)
+    for i, each in enumerate(targets):
+        _check_target(f"target[{i}]", each, made, targets[:i])
+    return made
+
+
+def _check_target(where: str, target: Target, phantom: Phantom, before: Sequence[Target]) -> None:
+    """Raises `InvalidInput` for a name that was given before, and a place inside the cord or the dura."""
+    for k, other in enumerate(before):
+        if other.name == target.name:
+            raise InvalidInput(f"{where}.name", target.name, f"a name of its own; target[{k}] has this one")
+    for name, distance in phantom.clearance([target.position]).items():
+        if phantom.structures[name].role in ("cord", "dura") and distance[0] < 0.0:
+            place = [round(each / MM, 6) for each in target.position]
+            allowed = f"outside the {name}: it lies {-distance[0] / MM:.2f} mm inside, where no tip may be"
+            raise InvalidInput(f"{where}.position_mm", place, allowed)
 
 
 def _mesh(folder: Path, i: int, table: Mapping[str, Any]) -> MeshSource:
@@ -72,7 +87,7 @@ def _target(i: int, table: Mapping[str, Any]) -> Target:
         name=_text(f"{where}.name", table["name"]),
         level=_text(f"{where}.level", table.get("level", "")),
         position=tuple(MM * vector(f"{where}.position_mm", table["position_mm"], 3)),
-        tolerance=MM * finite(f"{where}.tolerance_mm", table["tolerance_mm"]),
+        tolerance=MM * positive(f"{where}.tolerance_mm", table["tolerance_mm"]),
         side=one_of(f"{where}.side", table.get("side", "middle"), ("left", "right", "middle")),
         description=_text(f"{where}.description", table.get("description", "")),
     )

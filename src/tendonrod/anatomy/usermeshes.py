@@ -17,6 +17,7 @@ from .phantom import ROLES, Phantom, Structure, Target
 from .soundness import UNITS, check_mesh
 
 MARGIN = 8e-3  # m around what the robot goes round, within which distances are held
+SPACINGS = 0.1e-3, 2e-3  # m, between nodes of a distance grid
 FLAT = 1e-4  # m: how even the end of a canal is that counts as cut off there
 WALLS = ("dura", "canal", "bone", "disc")
 
@@ -72,7 +73,7 @@ def mesh_phantom(
 
     spacing: m between the nodes at which distances are exact.
     """
-    within("spacing", spacing, 0.1e-3, 2e-3)
+    within("spacing", spacing, *SPACINGS)
     if not sources:
         raise InvalidInput("structures", Fact("none"), "at least the cord, or the dura")
     meshes = {each.name: _read(each, placing or Placing()) for each in sources}

@@ -3,94 +3,54 @@
 Results go to standard output, everything else to standard error. Exit status: 0 done; 1 a solve did not converge or the
 output could not be written; 2 bad input or usage, said in one line; 130 interrupted; 141 the reader of the output went
 away.
+
+An interrupt is answered from the first line of `main` on, so next to nothing is imported above it. What comes before is
+Python's own start, which nobody can guard.
 """
 
 from __future__ import annotations
 
-import contextlib
+import _signal as signal  # pyright: ignore[reportMissingImports] - signal itself first imports enum, for 5 ms
 import os
 import sys
-from collections.abc import Iterator, Sequence
 
-from ..errors import InvalidInput, TendonrodError
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Sequence
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line with ``arguments`` (those of the process if None) and return its exit status."""
-    given = list(sys.argv[1:] if arguments is None else arguments)
-    if sys.stderr is None:
-        sys.stderr = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115 - for the rest of the process
-    if sys.stdout is None:
-        return _failed("error: standard output is closed", 1)
+    if arguments is None:
+        return _whole_process()
+    from .process import run
+
+    return run(list(arguments))
+
+
+def _whole_process() -> int:
+    """Until there is a command that can be interrupted in good order, an interrupt ends the process where it is."""
+    before = signal.getsignal(signal.SIGINT)
+    if before == signal.SIG_IGN:  # as of a job in the background
+        from .process import run
+
+        return run(sys.argv[1:])
+    signal.signal(signal.SIGINT, _leave)
+    from . import app, failure  # noqa: F401 - takes half a second
+    from .process import run
+
     try:
-        with _streams(), _interrupts_reach_us():
-            return _run(given)
-    except KeyboardInterrupt:
-        return _failed("interrupted", 130)
-
-
-def _run(given: list[str]) -> int:
-    import typer  # here and not above, so that an interrupt while it is imported is answered too
-
-    from .app import app
-    from .failure import UsageError, as_invalid_input
-
-    try:
-        status = typer.main.get_command(app).main(args=given, prog_name="tendonrod", standalone_mode=False)
-    except UsageError as error:
-        return _failed(f"error: {as_invalid_input(error)}", 2)
-    except InvalidInput as error:
-        return _failed(f"error: {error}", 2)
-    except TendonrodError as error:
-        return _failed(f"error: {error}", 1)
-    except typer.Abort:
-        return _failed("interrupted", 130)
-    except OSError as error:
-        return _failed(f"error: {error.filename or 'standard output'} cannot be used: {error.strerror or error}", 1)
-    except SystemExit as error:  # typer's own answer to a closed pipe
-        return int(error.code or 0)
-    return _failed("interrupted", 130) if status == 130 else int(status or 0)
-
-
-def _failed(text: str, status: int) -> int:
-    from .output import note
-
-    note(" ".join(text.split()))
-    return status
-
-
-@contextlib.contextmanager
-def _streams() -> Iterator[None]:
-    """Streams that show names which the terminal cannot; what a broken one still holds stays unsaid."""
-    for stream in (sys.stdout, sys.stderr):
-        with contextlib.suppress(AttributeError):
-            stream.reconfigure(errors="backslashreplace")  # pyright: ignore - a name the terminal cannot show
-    try:
-        yield
+        signal.signal(signal.SIGINT, before)
+        return run(sys.argv[1:])
+    except KeyboardInterrupt:  # while it was about to begin or to return
+        return 130
     finally:
-        from .output import flush_or_drop
-
-        flush_or_drop(sys.stdout)
-        flush_or_drop(sys.stderr)
+        signal.signal(signal.SIGINT, signal.SIG_IGN)  # the process ends: there is nothing more to interrupt
 
 
-@contextlib.contextmanager
-def _interrupts_reach_us() -> Iterator[None]:
-    """An interrupt that comes inside a callback from C, where Python can only report it, is sent once more."""
-    import signal
-    import threading
-
-    main_thread = threading.main_thread().ident
-    before = sys.unraisablehook
-
-    def again(found) -> None:
-        if issubclass(found.exc_type, KeyboardInterrupt) and main_thread is not None:
-            threading.Timer(0.02, signal.pthread_kill, (main_thread, signal.SIGINT)).start()  # also wakes a sleeper
-        else:
-            before(found)
-
-    sys.unraisablehook = again
+def _leave(*_) -> None:
+    """End here and now: an exception in the middle of others' imports would come out as whatever they make of it."""
     try:
-        yield
+        print("tendonrod: interrupted", file=sys.stderr, flush=True)
     finally:
-        sys.unraisablehook = before
+        os._exit(130)

@@ -56,6 +56,8 @@ def motion(
     commands = read_commands(file, chosen)
     if commands.ignored:
         output.note(f"{file}: columns left alone: {', '.join(commands.ignored)}")
+    if commands.origin is not None and (others := commands.origin.differences(chosen, pull)):
+        output.warn([f"{file} was made for {'; '.join(others)}"])
 
     from ..motion.progression import progress
 

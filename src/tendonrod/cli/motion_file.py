@@ -8,6 +8,7 @@ from math import radians
 from typing import TYPE_CHECKING
 
 from ..errors import finite, nonnegative, within
+from ..motion.plan_origin import Origin, read_origin
 from .table_file import Column, Columns, read_table, tension_columns
 
 if TYPE_CHECKING:
@@ -19,12 +20,16 @@ _RESULTS = re.compile(r"progress$|body_|tip_(?!force|moment)|row$")  # columns o
 
 @dataclass(frozen=True, kw_only=True)
 class Commands:
-    """insertion (n,), rotation (n,) rad, tension (n, n_tendons) N, as lists; ignored: columns that were not read."""
+    """insertion (n,), rotation (n,) rad, tension (n, n_tendons) N, as lists; ignored: columns that were not read.
+
+    origin: of a plan, None where the file does not say what it was made for.
+    """
 
     insertion: list[float]
     rotation: list[float]
     tension: list[list[float]]
     ignored: list[str]
+    origin: Origin | None = None
 
 
 def read_commands(name: str, robot: Robot) -> Commands:
@@ -35,6 +40,7 @@ def read_commands(name: str, robot: Robot) -> Commands:
         rotation=[row.get("rotation", 0.0) for row in table.rows],
         tension=[[row[f"tension {i}"] for i in range(robot.n_tendons)] for row in table.rows],
         ignored=[table.header[j] for j in table.others],
+        origin=read_origin(table.comments),
     )
 
 

@@ -10,7 +10,7 @@ import typer
 
 from ..errors import Fact, InvalidInput
 from . import output as out
-from .arguments import Json, whole
+from .arguments import Json, in_words, whole
 
 if TYPE_CHECKING:
     from ..navigate.drive import Drive
@@ -20,6 +20,7 @@ PORT = "8420"
 LOOPBACK = "127.0.0.1"
 FOLDER = "navigate-sessions"
 VIRTUAL = "virtual"
+OPTIONS = {name: f"--{name}" for name in ("scene", "phantom", "levels", "entry", "robot", "torsion")}
 
 
 def navigate(
@@ -36,7 +37,7 @@ def navigate(
     ] = None,
     scene: Annotated[
         str | None,
-        typer.Option(metavar="FILE.toml", help="Robot, phantom, outer tube, gravity and limits, units in its keys."),
+        typer.Option(metavar="FILE.toml", help="Robot, phantom, outer tube, gravity and limits; units in its keys."),
     ] = None,
     bench: Annotated[
         str | None,
@@ -56,13 +57,17 @@ def navigate(
 ) -> None:
     """Steer a robot through a phantom of the spine, with contact, in the browser.
 
-    Keys in the page: W and S insert and retract, A and D turn, Q and E pull and let go; gamepad and buttons too.
+    Keys in the page: W and S insert and retract, A and D turn, E and Q pull and let go; gamepad and buttons too.
     Everything stops when nothing is held. Every command goes to a record in DIR, which the page replays. Ctrl-C ends.
+
+    A first drive: hold E for 7 s, to 0.7 N, then W for 18 s: the tip goes past lateral-right@L2 to ventral@L1.
 
     On a bench the page shows the robot at the insertion, rotation and tension that are measured. No bench knows the
     phantom: only the picture has its walls.
 
-    FILE.csv has the columns duration_s, insertion_mm_per_s, rotation_deg_per_s and tension_n_per_s.
+    FILE.csv has the columns duration_s, insertion_mm_per_s, rotation_deg_per_s and tension_n_per_s, and where the outer
+    tube is placed, in rows that begin with the robot retracted, tube_height_mm, tube_offset_mm, tube_depth_mm,
+    tube_tilt_deg and tube_lean_deg as needed.
     """
     _check(script, headless, json)
     number = whole("--port", port, 0, 65535)
@@ -89,7 +94,13 @@ def _maker(scene: str | None, **options: str | None) -> Callable[[], Scenario]:
     """Makes the scenario, which takes its time; what the options say goes before the scene."""
     from ..navigate.scenariofile import read_scenario
 
-    return partial(read_scenario, scene, **options)
+    def made() -> Scenario:
+        with in_words(OPTIONS):
+            found = read_scenario(scene, **options)
+        out.warn([*found.phantom.doubts(), *found.phantom.unreachable(found.outer_radius).values()])
+        return found
+
+    return made
 
 
 def _driven(bench: str | None, headless: bool, scenario: Scenario) -> Drive | None:
@@ -99,13 +110,16 @@ def _driven(bench: str | None, headless: bool, scenario: Scenario) -> Drive | No
     """
     if bench is None:
         return None
+    from ..navigate.bench_aside import BenchAside
     from ..navigate.bench_drive import BenchDrive
     from ..rig.benchfile import default_bench, read_bench
 
     file = default_bench() if bench == VIRTUAL else read_bench(bench, "--bench")
     gx, gy, gz = (scenario.tube.pose[:3, :3].T @ scenario.gravity).tolist()
     source = file.source(scenario.robot, (gx, gy, gz), file.is_virtual and not headless)
-    return BenchDrive(scenario, source, own_thread=not (file.is_virtual and headless))
+    if file.is_virtual and headless:
+        return BenchDrive(scenario, source)
+    return BenchAside(scenario, source, paced=headless)
 
 
 def _serve(
@@ -126,6 +140,8 @@ def _serve(
 
     def ready() -> None:
         out.say(f"open {door.url}")
+        where = "nothing is recorded" if service.record is None else f"the session is recorded in {service.record}"
+        out.note(f"{where}; Ctrl-C here ends it")
         if door.token is not None:
             out.note("whoever has this address can steer; the connection is not encrypted")
         if browser:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from . import output as out
+from .arguments import in_words
 
 if TYPE_CHECKING:
     from ..navigate.drive import Drive
@@ -21,17 +22,19 @@ def run_script(
     made: Callable[[], Scenario], driven: Callable[[Scenario], Drive | None], script: str, output: str, json: bool
 ) -> None:
     """Play the script, record it, print its metrics and write them beside the record."""
+    from ..navigate.bench_aside import BenchAside
     from ..navigate.bench_drive import BenchDrive
     from ..navigate.record import SessionRecord
     from ..navigate.records import Records
     from ..navigate.script import read_script, slowed
     from ..navigate.session import Session
 
-    moves = read_script(script)  # before the phantom is built, so that a bad one is told at once
+    with in_words({"script": "--script"}):
+        moves = read_script(script)  # before the phantom is built, so that a bad one is told at once
     path = Records(out.directory("--output", output)).fresh()
     scenario = made()
     drive = driven(scenario)
-    if isinstance(drive, BenchDrive):
+    if isinstance(drive, BenchDrive | BenchAside):
         moves = slowed(moves, drive.fastest)
     session = Session(scenario, drive, SessionRecord(path))
     try:
@@ -57,7 +60,6 @@ def _played(session: Session, moves: Sequence[Move]) -> tuple[Metrics, list[str]
     total = sum(move.duration for move in moves)
 
     def watched() -> Iterator[Snapshot]:
-        yield session.snapshot
         for snapshot in play(session, moves):
             watch(snapshot.time, total)
             if snapshot.blocked:

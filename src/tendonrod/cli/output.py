@@ -15,6 +15,7 @@ from typing import IO, Any
 
 from ..errors import Fact, InvalidInput
 from ..files import complete, file_name
+from .streams import flush_or_drop, note
 
 FIGURES = (".png", ".svg", ".pdf")
 NARROWEST = 24  # characters of a wrapped column
@@ -35,21 +36,6 @@ def say(text: str) -> None:
         import typer  # here, so that a note needs nothing that takes time to import
 
         raise typer.Exit(141) from None
-
-
-def note(text: str) -> None:
-    """One line on standard error."""
-    with contextlib.suppress(OSError):
-        print(f"tendonrod: {text}", file=sys.stderr, flush=True)
-
-
-def flush_or_drop(stream: IO[str]) -> None:
-    """Write what ``stream`` still holds; where that fails, send it nowhere, so that Python's last flush is silent."""
-    try:
-        stream.flush()
-    except OSError:
-        with contextlib.suppress(OSError):
-            os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
 def warn(sentences: Sequence[str]) -> None:

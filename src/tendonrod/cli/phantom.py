@@ -16,6 +16,10 @@ if TYPE_CHECKING:
 
 MM = 1e3
 SIDES = ("dorsal", "ventral", "left", "right")
+MARKS = {
+    "(m)": "from memory of the literature: plausible, not measured and not looked up",
+    "choice": "this package's own, where no source says anything",
+}
 
 
 def phantom(
@@ -24,7 +28,8 @@ def phantom(
         str | None, typer.Option(metavar="RANGE", help="Levels from the head down, as T8-L2, instead of its own.")
     ] = None,
     robot: Annotated[
-        str | None, typer.Option(metavar="ROBOT", help="Check that this robot fits; the figure shows its tube.")
+        str | None,
+        typer.Option(metavar="ROBOT", help="Whether this robot fits, and where; the figure shows its tube."),
     ] = None,
     view: Annotated[str | None, typer.Option(metavar="FILE", help="Draw to a .png, .svg or .pdf file.")] = None,
     export: Annotated[
@@ -37,7 +42,8 @@ def phantom(
 
     PHANTOM is printed (cord in a canal, the default), anatomical (with dura, vertebrae, roots and ganglia) or the path
     of a TOML file: one of these scaled to a patient, or meshes of your own. Numbers are of the world frame: x dorsal,
-    y the patient's right, z cranial; origin on the axis of the cord, at the lowest end plate.
+    y the patient's right, z cranial; origin on the axis of the cord, at the lowest end plate. Sources marked (m) are
+    from memory of the literature.
     """
     from ..anatomy import load_phantom
 
@@ -52,18 +58,45 @@ def phantom(
     if folder is not None:
         _export(found, folder, size)
     if json:
-        output.say_json(_described(found))
+        output.say_json(_described(found) | ({} if chosen is None else {"robot": _fit(found, chosen)}))
     else:
-        output.say(_page(found))
+        output.say("\n\n".join([_page(found), *([] if chosen is None else [_fit_in_words(found, chosen)])]))
+    output.warn(found.doubts())
 
 
 def _fitting(found: Phantom, source: str) -> Robot:
     from ..robot import load_robot
 
-    chosen = load_robot(source)
     with in_words({"robot": "--robot"}):
+        chosen = load_robot(source)
         found.check_robot(_radius(chosen))
     return chosen
+
+
+def _fit(found: Phantom, robot: Robot) -> dict[str, Any]:
+    """How a robot fits that fits at all; SI."""
+    radius, narrowest = _radius(robot), found.narrowest
+    gap, side, level = (None, None, None) if narrowest is None else narrowest
+    return {
+        "name": robot.name,
+        "outer_diameter": 2.0 * radius,
+        "narrowest_gap": {"gap": gap, "side": side, "level": level},
+        "without_room": found.unreachable(radius),
+    }
+
+
+def _fit_in_words(found: Phantom, robot: Robot) -> str:
+    fit = _fit(found, robot)
+    width, narrowest = fit["outer_diameter"], fit["narrowest_gap"]
+    said = f"{robot.name}, a tube of {_mm(width, 3)} mm, fits"
+    if narrowest["gap"] is not None:
+        left = narrowest["gap"] - width
+        where = f"{_mm(narrowest['gap'], 2)} mm, {narrowest['side']} at {narrowest['level']}"
+        is_wider = f"which leaves {_mm(left, 2)} mm" if left > 0.0 else f"{_mm(-left, 2)} mm too narrow for it"
+        said += f"; the smallest gap is {where}, {is_wider}"
+    blocked, count = fit["without_room"], len(found.targets)
+    room = f" It has room at {count - len(blocked)} of {count} targets." if count else ""
+    return f"{said}.{room}" + (f" Not so: {'; '.join(blocked.values())}." if blocked else "")
 
 
 def _radius(robot: Robot) -> float:
@@ -125,6 +158,7 @@ def _described(found: Phantom) -> dict[str, Any]:
         "cord_indentation_limit": found.cord_indentation_limit,
         "numbers": _numbers(found),
         "sources": dict(found.sources),
+        "marks": MARKS,
         "fingerprint": found.fingerprint,
     }
 
@@ -149,6 +183,9 @@ def _page(found: Phantom) -> str:
         blocks.append(_level_table(found))
     blocks.append(_target_table(found))
     blocks.append(_source_table(found))
+    used = [f"{mark}: {says}." for mark, says in MARKS.items() if any(mark in each for each in found.sources.values())]
+    if used:
+        blocks.append("\n".join(used))
     limit = f"{1e-3 * found.pressure_limit:g} kPa, {MM * found.cord_indentation_limit:g} mm of indentation"
     blocks.append(f"Limits on cord and dura: {limit}; engineering choices, no accepted limits.")
     return "\n\n".join(blocks)

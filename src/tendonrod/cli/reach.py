@@ -10,19 +10,18 @@ import typer
 
 from ..errors import Fact, InvalidInput
 from . import output as out
-from .arguments import Json, whole
+from .arguments import Json, in_words, whole
 
 if TYPE_CHECKING:
     from ..navigate.reach import Reach
     from ..navigate.scenario import Scenario
 
+OPTIONS = {"phantom": "PHANTOM"} | {name: f"--{name}" for name in ("scene", "levels", "robot", "torsion")}
 COLUMNS = ("target", "reached", "nearest\n(mm)", "least gap\n(mm)", "insertion\n(mm)", "tension\n(N)", "in the way")
 
 
 def reach(
-    phantom: Annotated[
-        str | None, typer.Argument(metavar="[PHANTOM]", help="printed, the default, anatomical, or a phantom's TOML.")
-    ] = None,
+    phantom: Annotated[str | None, typer.Argument(metavar="PHANTOM", hidden=True)] = None,
     target: Annotated[
         list[str] | None,
         typer.Option(metavar="NAME", help="As ventral@T10, or ventral or T10 for all such; repeat it. Default: all."),
@@ -43,14 +42,17 @@ def reach(
 ) -> None:
     """Look for a way to each target of a phantom, and carry it out with contact.
 
-    A target that is not reached is given with the nearest approach and with what is in the way.
+    PHANTOM is printed, the default, anatomical, or the path of a phantom's TOML file. The outer tube is put where the
+    way asks for it. A target that is not reached is given with the nearest approach and with what is in the way.
     """
     drawn_by = whole("--seed", seed, 0, 2**32 - 1)
     folder = None if output is None else out.directory("--output", output)
     from ..navigate.reach import reach as reached
     from ..navigate.scenariofile import read_scenario
 
-    scenario = read_scenario(scene, phantom=phantom, levels=levels, robot=robot, torsion=torsion)
+    with in_words(OPTIONS):
+        scenario = read_scenario(scene, phantom=phantom, levels=levels, robot=robot, torsion=torsion)
+    out.warn(scenario.phantom.doubts())
     names = _chosen(scenario, target or [])
     results = []
     with out.progress_bar("looking for ways") as watch:

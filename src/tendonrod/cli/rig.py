@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from ..rig.limits import Limits
     from ..rig.profiles import Profile as TensionProfile
     from ..rig.trials import Followed
+    from ..robot import Robot
 
 MOST_TRIALS = 1000
 APART = 0.01  # N, from a plan's end to the target: more than any tension controller's error
@@ -117,7 +118,7 @@ def profile_for(place: Chosen, name: str, target: float, plan: str | None = None
     setup: Any = getattr(place.source, "setup", None)
     robot, pull = place.source.robot, place.source.gravity
     soft = tendon_compliance(robot) if setup is None else setup.tendon_length / setup.tendon_stiffness
-    with in_words({"insertion": f"{plan}: column insertion"} if plan else {}):
+    with in_words({"insertion": f"{plan}: column insertion", "plan": "--plan"} if plan else {}):
         return profile(name, robot, target, pull, plan=plan, compliance=soft)
 
 
@@ -144,13 +145,25 @@ def mixtures(place: Chosen, wanted: TensionProfile, target: float, plan: str | N
     source, said, last = place.source, [], wanted.tension.value(1.0)
     robot = f"{source.robot.name}, torsion {source.robot.torsion}, gravity ({listed(source.gravity)}) m/s2"
     if plan is not None:
-        said.append(f"{plan} does not say for which robot, torsion and gravity it was made; here it is {robot}")
+        said += _of_another(plan, source.robot, source.gravity)
     if plan is not None and abs(last - target) > APART:
         said.append(f"{plan} ends at {last:.3g} N, the tip is measured against the robot at --target {target:g} N")
     if wanted.name == "paper" and not is_papers(source.robot.name, target, source.gravity):
         case = "exonav-1 at 0.7 N with gravity -9.81,0,0"
         said.append(f"the paper's profile is of {case}; here it is {robot}, --target {target:g} N")
     return said
+
+
+def _of_another(plan: str, robot: Robot, gravity) -> list[str]:
+    """What a plan on file was made for, where that is not what it is used for."""
+    from ..rig.commandfile import read_commands
+
+    origin = read_commands(plan).origin
+    if origin is None:
+        here = f"{robot.name}, torsion {robot.torsion}, gravity ({listed(gravity)}) m/s2"
+        return [f"{plan} does not say for which robot, torsion and gravity it was made; here it is {here}"]
+    found = origin.differences(robot, gravity)
+    return [f"{plan} was made for {'; '.join(found)}"] if found else []
 
 
 def _trials(

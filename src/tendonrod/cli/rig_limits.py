@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from ..rig.limits import Limits
     from .rig_bench import Chosen
 
-OWN_LIMIT = ("tension", "slack")  # fields of `Limits` that the model alone can spoil: a bench file is checked before
-
 
 def limits_for(place: Chosen) -> Limits:
     """The interlock's limits, of model and bench file. Raises `InvalidInput` for a robot that its load alone spoils."""
@@ -26,11 +24,10 @@ def limits_for(place: Chosen) -> Limits:
     try:
         return limits_of(place.source, place.rate)[0]
     except InvalidInput as error:
-        if error.field not in OWN_LIMIT:
+        if error.field != "load":
             raise
         field, value = _heaviest(place)
-        allowed = f"less: {_hung(place)}, leaves linear elasticity with its tendon slack, or nearly so"
-        raise InvalidInput(field, Fact(value), allowed) from None
+        raise InvalidInput(field, Fact(value), error.allowed) from None
 
 
 def admit(limits: Limits, place: Chosen, field: str, tension: float, what: str = "") -> None:

@@ -11,7 +11,7 @@ import typer
 
 from ..errors import Fact, InvalidInput
 from . import output as out
-from .arguments import Json, whole
+from .arguments import Json, in_words, whole
 
 if TYPE_CHECKING:
     from ..navigate.snapshot import Snapshot
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 FRAMES = "120"
 _ENDED = "The record is complete."
-_CUT = "The record has no end: its program was stopped, and the last 0.2 s may be missing."
+_CUT = "The record has no end: its session is still open, or its program was stopped; all is shown that it says so far."
 
 
 def session(
@@ -49,7 +49,8 @@ def session(
     from ..report.navigation import write_navigation
     from .navigate_script import metrics_page
 
-    header, (steps, is_complete) = read_header(record), _length(record)
+    with in_words({"record": "RECORD"}):
+        header, (steps, is_complete) = read_header(record), _length(record)
     directory = out.directory("--output", output)
     with out.progress_bar("replaying") as watch, out.filling("--output", directory):
         scenario = scenario_from(header["scenario"], record)

@@ -41,7 +41,8 @@ class Columns:
 class Table:
     """header and cells as in the file, without blank lines; rows: the quantities of each; where: "row 1 (line 2)".
 
-    places: column of each quantity. others: columns that were not read; results are not among them.
+    places: column of each quantity. others: columns that were not read; results are not among them. comments: lines
+    above the header that begin with #.
     """
 
     name: str
@@ -51,6 +52,7 @@ class Table:
     where: list[str]
     places: dict[str, int]
     others: list[int]
+    comments: list[str]
 
 
 def tension_columns(n_tendons: int) -> list[str]:
@@ -65,7 +67,9 @@ def per_tendon(stem: str, unit: str, n_tendons: int) -> list[str]:
 
 def read_table(name: str, columns: Columns) -> Table:
     """The rows of the CSV file ``name``. Raises `InvalidInput` by row and column."""
-    lines = cell_lines(columns.file, name, ",")
+    lines, comments = cell_lines(columns.file, name, ","), list[str]()
+    while lines and lines[0][1][0].startswith("#"):
+        comments.append(",".join(lines.pop(0)[1]))
     if not lines:
         raise InvalidInput(name, Fact("empty"), f"a header and rows: {columns.wanted}")
     header = [cell.strip() for cell in lines[0][1]]
@@ -76,7 +80,9 @@ def read_table(name: str, columns: Columns) -> Table:
     if not rows:
         raise InvalidInput(f"{name}: rows", Fact("none"), "given below the header")
     found = {quantity: j for quantity, (j, _) in places.items()}
-    return Table(name=name, header=header, cells=cells, rows=rows, where=where, places=found, others=others)
+    return Table(
+        name=name, header=header, cells=cells, rows=rows, where=where, places=found, others=others, comments=comments
+    )
 
 
 def _places(name: str, header: list[str], columns: Columns) -> tuple[dict[str, tuple[int, Column]], list[int]]:

@@ -14,6 +14,7 @@ from ..errors import whole
 from ..files import complete, file_name
 from ..robot import Robot
 from ..statics.shape import Shape
+from .plan_origin import Origin
 
 COLUMNS = {
     "progress": "progress",
@@ -151,6 +152,8 @@ class Plan:
     def write(self, path) -> Path:
         """Write as .csv or .json, SI units in the headers; an older file is replaced once the new one is complete.
 
+        A .csv file begins with comment lines, "# robot = ..." and so on, that say what the plan is for.
+
         Raises `InvalidInput` for another suffix and where the file cannot be written.
         """
         path = file_name("path", path, (".csv", ".json"))
@@ -158,7 +161,17 @@ class Plan:
             self._write_table(file) if path.suffix.lower() == ".csv" else self._write_json(file)
         return path
 
+    @property
+    def origin(self) -> Origin:
+        """What the plan was made for."""
+        gx, gy, gz = self.gravity.tolist()
+        return Origin(
+            robot=self.robot.name, torsion=self.robot.torsion, gravity=(gx, gy, gz),
+            target_tension=self.target_tension, freedom=self.freedom,
+        )  # fmt: skip
+
     def _write_table(self, file) -> None:
+        file.writelines(f"{line}\r\n" for line in self.origin.lines())
         table = csv.writer(file)
         table.writerow(COLUMNS.values())
         table.writerows(zip(*(getattr(self, name).tolist() for name in COLUMNS), strict=True))

@@ -52,18 +52,13 @@ class Jog(Message):
     hold: Annotated[bool, Field(description="The dead-man's switch: false stops at once")]
 
 
-class RateBody(Message):
-    """Speeds at full deflection."""
-
-    insertion: Annotated[float, _rate("insertion", "m/s")]
-    rotation: Annotated[float, _rate("rotation", "rad/s")]
-    tension: Annotated[float, _rate("tension", "N/s")]
-
-
-class Rates(RateBody):
+class Rates(Message):
     """Speeds at full deflection."""
 
     type: Literal["rates"] = "rates"
+    insertion: Annotated[float, _rate("insertion", "m/s")]
+    rotation: Annotated[float, _rate("rotation", "rad/s")]
+    tension: Annotated[float, _rate("tension", "N/s")]
 
 
 class Stop(Message):
@@ -95,6 +90,20 @@ class Place(Message):
     tube: Tube
 
 
+class Acknowledgement(Message):
+    """That a fault of the bench was seen. It then obeys again; see ``fault`` of the state."""
+
+    home: Annotated[
+        bool, Field(description="The bench may let the tendon go and draw the robot in, where the fault says it must")
+    ] = False
+
+
+class Acknowledge(Acknowledgement):
+    """Let the bench obey again after a fault; nothing moves by it, unless it must home."""
+
+    type: Literal["acknowledge"] = "acknowledge"
+
+
 class Coupling(Message):
     """Whether insertion turns the robot by the follow-the-leader law."""
 
@@ -117,6 +126,20 @@ class Replay(Message):
     speed: Annotated[float, Field(ge=0.1, le=20.0)] = 1.0
 
 
+class Playback(Message):
+    """How the record that is shown goes on; what is left out stays as it is."""
+
+    speed: Annotated[float | None, Field(ge=0.1, le=20.0)] = None
+    paused: bool | None = None
+    at: Annotated[float | None, Field(ge=0.0, le=1e7, description="s from the record's beginning")] = None
+
+
+class ReplaySet(Playback):
+    """How the record that is shown goes on; what is left out stays as it is."""
+
+    type: Literal["replay_set"] = "replay_set"
+
+
 class ReplayStop(Message):
     """Back to the live session, as it was."""
 
@@ -133,6 +156,14 @@ class Ping(Message):
 
 class Nothing(Message):
     """An empty object, {}."""
+
+
+class SomeRates(Message):
+    """Speeds at full deflection; what is left out stays as it is."""
+
+    insertion: Annotated[float | None, _rate("insertion", "m/s")] = None
+    rotation: Annotated[float | None, _rate("rotation", "rad/s")] = None
+    tension: Annotated[float | None, _rate("tension", "N/s")] = None
 
 
 class Name(Message):

@@ -9,6 +9,7 @@ from __future__ import annotations
 import atexit
 import threading
 from math import isfinite
+from typing import Protocol
 
 from ..errors import Fact, InvalidInput, TendonrodError, positive
 from ..rig.benches import BenchSource, as_source
@@ -16,12 +17,14 @@ from ..rig.drives import TURN, Machine
 from ..rig.ending import leave_slack
 from ..rig.guarded import GuardedBench
 from ..rig.interfaces import STILL, Sample
-from ..rig.loop import drive, prepare
+from ..rig.loop import Moment, drive, prepare
 from ..rig.states import FaultKind, State
 from ..rig.trials import RATE, limits_of
+from ..robot import Robot
 from .commands import FASTEST, Jog, Posture
 from .dead_man import GRACE
-from .scenario import Scenario
+from .limits import NavigationLimits
+from .recovery import END, HOMING, Trouble, check_acknowledged, made_ready, trouble_of
 from .teleoperate import Teleoperate
 
 KEPT = 0.9  # share of an axis' speed that leaves room for control
@@ -29,25 +32,44 @@ SOFTEST = 4e-3  # m/N, compliance of robot and tendon that is reckoned with
 RETRACTED = 50e-6  # m: a robot that is no further out counts as retracted
 
 
+class Steered(Protocol):
+    """What is needed of a `Scenario`."""
+
+    @property
+    def robot(self) -> Robot: ...
+
+    @property
+    def limits(self) -> NavigationLimits: ...
+
+    @property
+    def coupled(self) -> bool: ...
+
+
 class BenchDrive:
     """Steers a bench through its interlock, ``rate`` periods per second of the bench's clock.
 
     source: see `rig.benches`; opened here, homed and armed. On a bench that is faster than real time each `advance`
-    runs its periods itself, and the same commands give the same session. With ``own_thread``, as real devices need, the
-    loop runs beside the session, and stops by itself `GRACE` after the time of the last `advance`.
+    runs its periods itself, and the same commands give the same session. With ``own_thread`` the loop runs
+    beside what steers it, in real time, and stops by itself `GRACE` after the time of the last `advance`: the other
+    threads must leave it its time, as those of `bench_process` do. A session does not, for which see `BenchAside`.
+
+    A fault ends every motion until it is acknowledged, see `recovery`. Meanwhile the bench is still watched: what is
+    measured stays true, and a tension that passes its limit is let go.
 
     Raises `InvalidInput` where the source's robot is not the scenario's, and what opening and homing raise.
     """
 
     def __init__(
-        self, scenario: Scenario, source: BenchSource, *, seed: int = 0, rate: float = RATE, own_thread: bool = False
+        self, scenario: Steered, source: BenchSource, *, seed: int = 0, rate: float = RATE, own_thread: bool = False
     ) -> None:
         source = as_source(source)
-        _check_same(scenario, source)
+        check_same(scenario, source)
         self._period, self._length = 1.0 / positive("rate", rate), scenario.robot.section.L
         limits, strain = limits_of(source, rate)
         self._bench = GuardedBench(source.open(seed), limits, strain)
         self._lock, self._closed, self._broken = threading.Lock(), False, ""
+        self._acknowledged: bool | None = None  # whether it may home, once somebody has acknowledged
+        self._readying = ""
         try:
             self._task = self._prepared(scenario)
             self._due, self._owed = self._bench.clock.now(), 0.0
@@ -91,14 +113,43 @@ class BenchDrive:
 
     @property
     def fault(self) -> str:
-        """The interlock's first fault, or what broke the loop, a sentence; "" where there is none."""
-        fault = self._bench.interlock.fault
-        return self._broken if fault is None else f"the bench stopped: {fault}"
+        """What keeps the bench from moving, a sentence; "" where nothing does."""
+        trouble = self.trouble
+        return "" if trouble is None else trouble.text
+
+    @property
+    def trouble(self) -> Trouble | None:
+        """The same with what to do about it; None where nothing keeps the bench from moving."""
+        if self._broken:
+            return Trouble(text=self._broken, remedy=END)
+        if self._readying:
+            return Trouble(text=self._readying, remedy=HOMING)
+        return trouble_of(self._bench.interlock)
+
+    def acknowledge(self, home: bool = False) -> None:
+        """Obey again after a fault; with a loop of its own the bench does so within a period, or once it has homed.
+
+        home: whether the tendon may be let go and the robot drawn in, where positions are not known. Raises
+        `InvalidInput`, see `check_acknowledged`.
+        """
+        check_acknowledged(self.trouble, home)
+        if self._thread is not None:
+            self._acknowledged = home
+            return
+        self._make_ready(home)
+        self._due, self._owed = self._bench.clock.now(), 0.0
+        if self._bench.interlock.state is State.ARMED:
+            self._bench.interlock.start()
+
+    def halt(self) -> None:
+        """End a homing that `acknowledge` has begun; from any thread. Everything else ends with what steers it."""
+        if self._readying:
+            self._bench.interlock.emergency("operator")
 
     def advance(self, jog: Jog, dt: float) -> Posture:
         """Steer at ``jog`` for ``dt`` s of the bench's time, and give what it measured then."""
         if self._thread is not None:
-            self._task.steer(jog, dt + GRACE)
+            self.steer(jog, dt + GRACE)
             return self.posture
         self._owed += dt
         periods = max(1, round(self._owed / self._period))
@@ -109,6 +160,10 @@ class BenchDrive:
             self._bench.clock.wait_until(self._due)
             self._run_period()
         return self.posture
+
+    def steer(self, jog: Jog, time: float) -> None:
+        """Let the own loop move at ``jog`` for the next ``time`` s."""
+        self._task.steer(jog, time)
 
     def go_back(self, posture: Posture) -> bool:
         """A bench has made its move."""
@@ -125,14 +180,18 @@ class BenchDrive:
         self._closed = True
         atexit.unregister(self.close)
         self._task.finish()
+        if self._readying:
+            self._bench.interlock.interrupt("the session ends")
         if self._thread is not None:
             self._thread.join()
         try:
             leave_slack(self._bench)
+            if not self._broken:
+                self._look(self._bench.sense())
         finally:
             self._bench.close()
 
-    def _prepared(self, scenario: Scenario) -> Teleoperate:
+    def _prepared(self, scenario: Steered) -> Teleoperate:
         """The task of a bench that is homed and armed."""
         if (fault := prepare(self._bench)) is not None:
             raise TendonrodError(f"the bench is not ready: {fault}")
@@ -142,13 +201,44 @@ class BenchDrive:
         return Teleoperate(machine, scenario.limits, scenario.coupled)
 
     def _loop(self) -> None:
-        """The bench's own loop, until the task is finished or a fault has settled."""
+        """The bench's own loop, until the task is finished."""
         try:
-            drive(self._bench, self._task, rate=1.0 / self._period, watch=lambda moment: self._look(moment.sample))
+            while not self._task.is_done:
+                if self._bench.interlock.state is State.ARMED:
+                    drive(self._bench, self._task, rate=1.0 / self._period, watch=self._watch)
+                self._stand()
         except Exception as error:  # noqa: BLE001 - a thread that dies must be told, and leave nothing in motion
             self._broken = f"the bench's loop broke: {type(error).__name__}: {error}"
             self._bench.interlock.emergency(self._broken)
             leave_slack(self._bench)
+
+    def _stand(self) -> None:
+        """Watch a bench in fault until somebody has acknowledged it, or the task is finished."""
+        bench = self._bench
+        while bench.interlock.state is not State.ARMED and not self._task.is_done:
+            sample = bench.sense()
+            bench.act()
+            self._look(sample)
+            if self._acknowledged is not None:
+                self._make_ready(self._acknowledged)
+            bench.clock.wait_until(sample.time + self._period)
+
+    def _make_ready(self, home: bool) -> None:
+        """Do what was acknowledged; steering begins anew. A fault that came after the word, and needs more, stays."""
+        bench, trouble, self._acknowledged = self._bench, self.trouble, None
+        if trouble is None or not trouble.ready or (trouble.homes and not home):
+            return
+        self._readying = "the bench looks for its references" if trouble.homes else ""
+        try:
+            made_ready(bench, self._look)
+            self._look(bench.sense())  # the tension that there is now
+            self._task.resume(trouble.homes)
+            self._look(bench.sense())  # with the turns counted anew
+        finally:
+            self._readying = ""
+
+    def _watch(self, moment: Moment) -> None:
+        self._look(moment.sample)
 
     def _run_period(self) -> None:
         """One period of the bench, as `rig.loop.drive` runs them."""
@@ -164,6 +254,8 @@ class BenchDrive:
         self._look(sample)
 
     def _look(self, sample: Sample) -> None:
+        if self._bench.interlock.state is not State.RUNNING:
+            self._task.watch(sample, sample.time - self._time)
         seen = self._seen(sample)
         with self._lock:
             self._measured = seen
@@ -178,7 +270,7 @@ class BenchDrive:
         return Posture(insertion=insertion, rotation=rotation, tension=(self._task.tension,))
 
 
-def _check_same(scenario: Scenario, source: BenchSource) -> None:
+def check_same(scenario: Steered, source: BenchSource) -> None:
     """The bench's robot must be the scenario's, or the session would show another."""
     if scenario.robot.n_tendons != 1:
         raise InvalidInput("robot", Fact(f"{scenario.robot.n_tendons} tendons"), "one with one tendon, as the bench is")

@@ -126,12 +126,12 @@ class Guarded:
             await self.app(scope, receive, send)
             return
         kinds = [value.split(b";")[0].strip().lower() for key, value in scope["headers"] if key == b"content-type"]
-        if kinds != [b"application/json"]:
-            await _refuse(scope, receive, send, 415, "send JSON, with Content-Type: application/json", [])
-            return
         body = await _body(receive)
         if body is None:
             await _refuse(scope, receive, send, 413, f"a request of at most {LARGEST_BODY} bytes", [])
+            return
+        if kinds != [b"application/json"] and (kinds or body):  # nothing needs no kind
+            await _refuse(scope, receive, send, 415, "send JSON, with Content-Type: application/json", [])
             return
         await self.app(scope, _again(body, receive), send)
 

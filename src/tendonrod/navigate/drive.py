@@ -6,7 +6,9 @@ from dataclasses import replace
 from math import tau
 from typing import Protocol
 
+from ..errors import Fact, InvalidInput
 from .commands import Jog, Posture
+from .recovery import Trouble
 from .scenario import Scenario
 
 
@@ -43,15 +45,39 @@ class Drive(Protocol):
         """What stopped the drive, a sentence; "" where nothing did."""
         ...
 
+    @property
+    def trouble(self) -> Trouble | None:
+        """The same with what to do about it; None where nothing did."""
+        ...
+
+    def acknowledge(self, home: bool = False) -> None:
+        """Obey again after a fault, see `recovery`. Raises `InvalidInput` where there is none."""
+        ...
+
+    def halt(self) -> None:
+        """End a motion that `acknowledge` has begun; from any thread."""
+        ...
+
     def close(self) -> None:
         """Stop and let go."""
         ...
 
 
-class IdealDrive:
-    """A drive without mass, friction or play: integrates the jog within the limits."""
+class Untroubled:
+    """What a drive says that knows no faults."""
 
-    fault = ""
+    fault, trouble = "", None
+
+    def acknowledge(self, home: bool = False) -> None:
+        """Raises `InvalidInput`."""
+        raise InvalidInput("acknowledge", Fact("asked for"), "left alone: there is no bench whose fault it could be")
+
+    def halt(self) -> None:
+        """Nothing to end."""
+
+
+class IdealDrive(Untroubled):
+    """A drive without mass, friction or play: integrates the jog within the limits."""
 
     def __init__(self, scenario: Scenario) -> None:
         self._limits, self._length = scenario.limits, scenario.robot.section.L

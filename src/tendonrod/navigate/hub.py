@@ -84,7 +84,7 @@ class Hub:
         self.service, self.clients = service, dict[str, Client]()
         self._loop: asyncio.AbstractEventLoop | None = None
         self._newest: str | None = None
-        self._count = 0
+        self._was_free, self._count = True, 0
 
     def attach(self, loop: asyncio.AbstractEventLoop) -> None:
         """From now on the service's news go to the clients."""
@@ -185,6 +185,8 @@ class Hub:
                 self._jog(client, message)
             case asked.Ping():
                 client.tell(told.Pong(id=message.id))
+                if service.seat.is_free != self._was_free:
+                    self._tell_control()
             case asked.Stop():
                 client.stop()
                 service.stopped_by(who)
@@ -205,12 +207,16 @@ class Hub:
                 return service.reset(who)
             case asked.Place():
                 return service.place(who, message.tube)
+            case asked.Acknowledge():
+                return service.acknowledge(who, message.home)
             case asked.Coupling():
                 return service.couple(who, message.on)
             case asked.Record():
                 return service.set_recording(who, message.on)
             case asked.Replay():
                 return service.play(who, message.name, message.speed)
+            case asked.ReplaySet():
+                return service.set_playback(who, message)
             case asked.ReplayStop():
                 return service.stop_playing(who)
         raise Refused(f"{message.type} is not known")
@@ -237,10 +243,11 @@ class Hub:
 
     def _tell_control(self) -> None:
         seat: Seat = self.service.seat
+        self._was_free = seat.is_free
         for client in self.clients.values():
             you = seat.has(client.name)
             watchers = len(self.clients) - sum(seat.has(name) for name in self.clients)
-            client.tell(told.Control(operator=seat.holder, you=you, watchers=watchers))
+            client.tell(told.Control(operator=seat.holder, you=you, watchers=watchers, free=self._was_free))
 
     def _tell_all(self, text: str) -> None:
         for client in self.clients.values():

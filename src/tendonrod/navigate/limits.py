@@ -12,6 +12,7 @@ from ..statics.limits import PLATEAU_STRAIN, fibre_strain
 
 SHARE = 0.9  # of the tension that brings the free robot to the plateau
 HIGHEST = 20.0  # N, where a robot has no plateau within reach
+RANGES = {"insertion": (0.01, 1.0), "rotation": (0.0, 20.0 * pi), "snap": (0.0, 1.0)}  # SI; all others are positive
 TENSION_STEP = 1e-3  # N, to which the plateau's tension is found
 
 
@@ -38,11 +39,10 @@ class NavigationLimits:
     snap: float = 0.0
 
     def __post_init__(self) -> None:
-        within("insertion", self.insertion, 0.01, 1.0)
-        within("rotation", self.rotation, 0.0, 20.0 * pi)
-        within("snap", self.snap, 0.0, 1.0)
-        for name in ("tension", "strain", "pressure", "buckling"):
-            object.__setattr__(self, name, positive(name, getattr(self, name)))
+        for name in (each.name for each in fields(self)):
+            value = getattr(self, name)
+            number = within(name, value, *RANGES[name]) if name in RANGES else positive(name, value)
+            object.__setattr__(self, name, number)
 
 
 def plateau_tension(robot: Robot) -> float:

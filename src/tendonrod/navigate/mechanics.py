@@ -16,7 +16,7 @@ import numpy as np
 from ..errors import InvalidInput
 from ..statics.neighbour import Effort, neighbour
 from ..statics.shape import Shape, Status
-from .commands import Posture
+from .commands import Jog, Posture
 from .scenario import Scenario
 
 ACCURACY = 2e-5  # m, of the shape, and by which the tube may enter a wall
@@ -24,14 +24,15 @@ POINTS = 48  # along the body
 STRIDE = {"insertion": 0.25e-3, "rotation": radians(1.0), "tension": 0.01}  # m, rad, N: largest move of one solve
 SNAP = 1e-3  # m, motion of the body in one solve that small steps cannot explain
 LOOSE = 0.3e-3  # m, error to be content with on sharp edges of a wall; `observation` tells
-CHECKED, TRUSTED = (Effort(content=LOOSE, most_steps=80, is_checked=each) for each in (True, False))
-FAR = Effort(content=LOOSE, most_steps=160)  # where a robot is let snap
+LOOKS, FAR_LOOKS = 24, 48  # at the walls, of one solve
+CHECKED, TRUSTED = (Effort(content=LOOSE, most_steps=80, is_checked=each, most_looks=LOOKS) for each in (True, False))
+FAR = Effort(content=LOOSE, most_steps=160, most_looks=FAR_LOOKS)  # where a robot is let snap
 CHECKED_EVERY = 8  # shapes, of which one is solved on two grids to know its error
 WHY_NOT = {
-    Status.STALLED: "there is no equilibrium near the present one, the robot would fold or snap away",
+    Status.STALLED: "no equilibrium is found near the present one, the robot would fold or snap away",
     Status.TOO_FINE: f"the contact cannot be computed to {1e3 * LOOSE:g} mm, so sharp is the edge that the robot is on",
 }
-HALVINGS = 2  # of a move, before it is refused
+QUARTERS = 4  # parts in which a stride is tried where the whole is refused
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -96,44 +97,74 @@ def withdrawal(start: Posture, goal: Posture) -> Posture:
     )
 
 
+def apart(scenario: Scenario, start: Posture, goal: Posture) -> np.ndarray:
+    """(2 + n_tendons,) from ``start`` to ``goal`` in insertion, rotation and tensions, in units of `STRIDE`."""
+    length = scenario.robot.length_na
+    way = [
+        (goal.insertion - start.insertion) * length / STRIDE["insertion"],
+        (goal.rotation - start.rotation) / STRIDE["rotation"],
+    ]
+    return np.array(way + [(b - a) / STRIDE["tension"] for a, b in zip(start.tension, goal.tension, strict=True)])
+
+
 def strides(scenario: Scenario, start: Posture, goal: Posture) -> int:
     """Number of even parts, each within `STRIDE`, at least 1."""
-    pulled = [abs(b - a) for a, b in zip(start.tension, goal.tension, strict=True)]
-    shares = (
-        abs(goal.insertion - start.insertion) * scenario.robot.length_na / STRIDE["insertion"],
-        abs(goal.rotation - start.rotation) / STRIDE["rotation"],
-        max(pulled, default=0.0) / STRIDE["tension"],
-    )
-    return max(1, ceil(max(shares) - 1e-9))
+    return max(1, ceil(float(np.abs(apart(scenario, start, goal)).max()) - 1e-9))
+
+
+def seconds(jog: Jog, parts: int) -> float:
+    """How long a motion at ``jog`` may last that takes so many strides, s; infinite where it stands."""
+    speed = max(abs(getattr(jog, name)) / stride for name, stride in STRIDE.items())
+    return parts / speed if speed > 0.0 else inf
 
 
 def _stride(scenario: Scenario, body: Body, goal: Posture) -> Travel:
-    """One part of a move, which may snap if it is a withdrawal."""
-    travel = _part(scenario, body, goal, HALVINGS)
+    """One part of a move, in quarters where the whole is refused; it may snap if it is a withdrawal."""
+    travel = _part(scenario, body, goal, is_whole=True)
+    for k in range(1, QUARTERS + 1) if travel.refused else ():
+        travel = _part(scenario, travel.body, body.posture.towards(goal, k / QUARTERS), is_whole=False)
+        if travel.refused:
+            break
     allowed = inf if withdrawal(body.posture, goal) == goal else scenario.limits.snap
     return _snap(scenario, travel, goal, allowed) if travel.refused and allowed > 0.0 else travel
 
 
-def _part(scenario: Scenario, body: Body, goal: Posture, halvings: int) -> Travel:
-    trusts = body.trusted < CHECKED_EVERY - 1 and halvings == HALVINGS
+def _part(scenario: Scenario, body: Body, goal: Posture, is_whole: bool) -> Travel:
+    """One solve."""
+    trusts = is_whole and body.trusted < CHECKED_EVERY - 1
     shape, why = _solved(scenario, goal, body.shape, TRUSTED if trusts else CHECKED)
-    if shape is not None:
-        leap = _leap(body, shape)
-        if leap <= SNAP:
-            return Travel(body=Body(posture=goal, shape=shape, trusted=body.trusted + 1 if trusts else 0))
-        why = f"the robot would snap away by {1e3 * leap:.2g} mm"
-    if halvings == 0:
+    if shape is None:
         return Travel(body=body, refused=why)
-    travel = _part(scenario, body, body.posture.towards(goal, 0.5), halvings - 1)
-    return travel if travel.refused else _part(scenario, travel.body, goal, halvings - 1)
+    leap = _leap(body, shape)
+    if leap > SNAP:
+        return Travel(body=body, refused=f"the robot would snap away by {1e3 * leap:.2g} mm")
+    return Travel(body=Body(posture=goal, shape=shape, trusted=body.trusted + 1 if trusts else 0))
 
 
 def _snap(scenario: Scenario, travel: Travel, goal: Posture, allowed: float) -> Travel:
-    """To ``goal``, down in energy from the last shape wherever that leads, but no further than ``allowed`` (m)."""
+    """To ``goal``, down in energy from the last shape wherever that leads, but no further than ``allowed`` (m).
+
+    Where any way is allowed, a whole stride in that direction is tried before, as it often leads over the edge.
+    """
+    if allowed == inf:
+        over = _part(scenario, travel.body, _whole(scenario, travel.body.posture, goal), is_whole=False)
+        if not over.refused:
+            return over
     shape, _ = _solved(scenario, goal, travel.body.shape, FAR)
     if shape is None or (leap := _leap(travel.body, shape)) > allowed:
         return travel
     return Travel(body=Body(posture=goal, shape=shape), snapped=leap)
+
+
+def _whole(scenario: Scenario, start: Posture, goal: Posture) -> Posture:
+    """A withdrawal to ``goal`` made as long as a stride, where there is that much left to withdraw."""
+    share = max(1.0, 1.0 / float(np.abs(apart(scenario, start, goal)).max()))
+    return Posture(
+        insertion=max(0.0, start.insertion + share * (goal.insertion - start.insertion)),
+        rotation=goal.rotation if share * abs(goal.rotation - start.rotation) > abs(start.rotation)
+        else start.rotation + share * (goal.rotation - start.rotation),
+        tension=tuple(max(0.0, a + share * (b - a)) for a, b in zip(start.tension, goal.tension, strict=True)),
+    )  # fmt: skip
 
 
 def _solved(

@@ -12,13 +12,41 @@ from typing import Annotated, Any
 
 from pydantic import Field, TypeAdapter
 
-from .asked import Coupling, Jog, Ping, Place, Rates, Record, Release, Replay, ReplayStop, Reset, Stop, Take
+from .asked import (
+    Acknowledge,
+    Coupling,
+    Jog,
+    Ping,
+    Place,
+    Rates,
+    Record,
+    Release,
+    Replay,
+    ReplaySet,
+    ReplayStop,
+    Reset,
+    Stop,
+    Take,
+)
 from .told import PROTOCOL, Control, Error, Event, Pong, Settings, State, Welcome
 
 LARGEST = 2048  # bytes of a client's message
 
 ClientMessage = Annotated[
-    Take | Release | Jog | Rates | Stop | Reset | Place | Coupling | Record | Replay | ReplayStop | Ping,
+    Take
+    | Release
+    | Jog
+    | Rates
+    | Stop
+    | Reset
+    | Place
+    | Coupling
+    | Acknowledge
+    | Record
+    | Replay
+    | ReplaySet
+    | ReplayStop
+    | Ping,
     Field(discriminator="type"),
 ]
 ServerMessage = Annotated[

@@ -17,6 +17,8 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 from ..errors import InvalidInput, TendonrodError
 from .commands import Jog
 from .dead_man import DeadMan
+from .film import Film, Playing
+from .mechanics import seconds
 
 if TYPE_CHECKING:
     from .session import Session
@@ -26,6 +28,7 @@ PERIOD = 1.0 / 60.0  # s, of a step and of a state to the clients while somethin
 STILL = 0.08  # s, of the same while nothing does
 SHORTEST = 1e-3  # s of motion in one step, right after a late one
 LONGEST = 3.0 * PERIOD  # s of motion in one step: a late step moves no further
+STRIDES = 5  # of the mechanics in one step, so that it takes no longer than its period: beyond 300 deg/s it is slower
 MOST_REQUESTS = 32
 FAILED = "the step failed inside the program, and nothing moved; the server's log has the details"
 LAPSED = "no command for 150 ms: stopped"  # at the latest then
@@ -34,11 +37,12 @@ _log = logging.getLogger(__name__)
 
 
 class Frame(NamedTuple):
-    """What is to be seen now. moving: whether a command is being carried out."""
+    """What is to be seen now. moving: whether a command is being carried out. film: of a record that is shown."""
 
     snapshot: Snapshot
     moving: bool
     mode: Literal["live", "replay"]
+    film: Playing | None = None
 
 
 class Pilot:
@@ -61,7 +65,7 @@ class Pilot:
         self.dead_man: DeadMan[Jog] = DeadMan(clock)
         self._show, self._tell, self._runs_still = show, tell, runs_still
         self._requests: Queue[tuple[Callable[[], Any], Future[Any]]] = Queue(MOST_REQUESTS)
-        self._film: _Film | None = None
+        self._film: Film | None = None
         self._due = self._last = clock()
         self._moving, self._failing, self._ended, self._wake = False, False, False, Event()
         self._thread = Thread(target=self._run, name="pilot", daemon=True)
@@ -98,9 +102,13 @@ class Pilot:
         """Done once the step that is being made now has been shown."""
         return self._ask(lambda: None)
 
-    def play(self, frames: Iterator[Snapshot], speed: float) -> Future[Any]:
-        """Show ``frames``, ``speed`` times as fast as they were recorded."""
-        return self._ask(lambda: self._begin_film(frames, speed))
+    def play(self, frames: Iterator[Snapshot], speed: float, name: str = "", span: float = 0.0) -> Future[Any]:
+        """Show ``frames``, ``speed`` times as fast as they were recorded; span: s that they take, if it is known."""
+        return self._ask(lambda: self._begin_film(frames, name, span, speed))
+
+    def set_film(self, **changes: Any) -> Future[Any]:
+        """Another speed, pause or place of the record that is shown; see `Film.change`."""
+        return self._ask(lambda: self._change_film(changes))
 
     def stop_playing(self) -> Future[Any]:
         return self._ask(self._end_film)
@@ -119,6 +127,10 @@ class Pilot:
         return max(0.0, self._due - self.clock())
 
     def _run(self) -> None:
+        try:
+            self.session.rehearse()
+        except Exception:  # noqa: BLE001 - as below
+            self._fail()
         while not self._ended:
             try:
                 wait = self.tick()
@@ -131,7 +143,7 @@ class Pilot:
     def _fail(self) -> None:
         """Stand still, tell the clients once, and try again."""
         _log.exception("a step of the session failed")
-        self.dead_man.let_go()
+        self.dead_man.let_go(FAILED)
         self._film, self._moving = None, False
         self._due = self.clock() + STILL
         if not self._failing:
@@ -139,7 +151,7 @@ class Pilot:
         self._failing = True
 
     def _ask(self, work: Callable[[], Any]) -> Future[Any]:
-        self.dead_man.let_go()
+        self.dead_man.let_go("another request came")
         future: Future[Any] = Future()
         try:
             self._requests.put_nowait((work, future))
@@ -170,7 +182,7 @@ class Pilot:
     def _advance(self, now: float) -> None:
         """A step as long as the time since the last, if it was one of the same motion."""
         dt = min(max(now - self._last, SHORTEST), LONGEST) if self._moving else PERIOD
-        found = self.dead_man.spend(dt)
+        found = self.dead_man.spend(dt, lambda jog: seconds(jog, STRIDES))
         if self.dead_man.lapsed():
             self._tell("warning", LAPSED)
         self._last = now
@@ -192,8 +204,13 @@ class Pilot:
         self._due = now + STILL
         self._show(Frame(snapshot, False, "live"))
 
-    def _begin_film(self, frames: Iterator[Snapshot], speed: float) -> None:
-        self._film = _Film(frames, speed, self.clock())
+    def _begin_film(self, frames: Iterator[Snapshot], name: str, span: float, speed: float) -> None:
+        self._film = Film(frames, name=name, span=span, speed=speed, clock=self.clock)
+
+    def _change_film(self, changes: dict[str, Any]) -> None:
+        if self._film is None:
+            raise InvalidInput("mode", "live", "replay: no record is shown")
+        self._film.change(**changes)
 
     def _end_film(self) -> None:
         self._film = None
@@ -202,53 +219,10 @@ class Pilot:
         film = self._film
         assert film is not None
         try:
-            snapshot = film.at(now)
+            snapshot = film.look()
         except TendonrodError as error:
             self._tell("warning", f"the replay ended: {error}")
-            snapshot = None
-        if snapshot is None:
-            self._film = None
-            self._due = now
+            self._film, self._due = None, now
         else:
-            self._due = now + PERIOD
-            self._show(Frame(snapshot, film.is_moving, "replay"))
-
-
-class _Film:
-    """A record's snapshots against the clock."""
-
-    MOST = 4  # snapshots passed over in one round: they are computed anew, and the clients must not wait
-
-    def __init__(self, frames: Iterator[Snapshot], speed: float, now: float) -> None:
-        self.frames, self.speed, self.began = frames, speed, now
-        self.shown: Snapshot | None = None
-        self.first: float | None = None
-        self.is_moving = False
-
-    def at(self, now: float) -> Snapshot | None:
-        """The last snapshot that was due by ``now``; None after the end."""
-        for _ in range(self.MOST):
-            if self.shown is not None and self._due(self.shown) > now:
-                break
-            following = next(self.frames, None)
-            if following is None:
-                return None
-            self._take(following)
-        else:
-            self.began = max(self.began, now - self._played())  # too slow for this speed: go on from here
-        return self.shown
-
-    def _take(self, snapshot: Snapshot) -> None:
-        before = self.shown
-        self.first = snapshot.time if self.first is None else self.first
-        self.is_moving = before is not None and before.posture != snapshot.posture
-        self.shown = snapshot
-
-    def _played(self) -> float:
-        """Seconds of the clock that the film takes up to what is shown."""
-        assert self.shown is not None
-        assert self.first is not None
-        return (self.shown.time - self.first) / self.speed
-
-    def _due(self, snapshot: Snapshot) -> float:
-        return self.began + self._played()
+            self._due = now + (STILL if film.is_idle else PERIOD)
+            self._show(Frame(snapshot, film.is_moving, "replay", film.playing))

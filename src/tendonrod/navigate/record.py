@@ -43,7 +43,7 @@ class SessionRecord:
             raise InvalidInput("record", str(self.path), "a record that has not begun yet")
         header = {
             "format": FORMAT, "version": VERSION, "software": software(), "drive": drive,
-            "start": {"index": start.index, "time": start.time, "reached": list(start.reached)} | _result(start),
+            "start": {"index": start.index, "time": start.time, "reached": list(start.reached)} | outcome(start),
             "scenario": scenario_data(scenario),
         }  # fmt: skip
         try:
@@ -56,7 +56,7 @@ class SessionRecord:
 
     def step(self, jog: Jog, dt: float, after: Snapshot) -> None:
         """Keep one step."""
-        what = {"dt": dt, "jog": [jog.insertion, jog.rotation, jog.tension], "blocked": after.blocked} | _result(after)
+        what = {"dt": dt, "jog": [jog.insertion, jog.rotation, jog.tension], "blocked": after.blocked} | outcome(after)
         if not self._run or any(self._run[key] != what[key] for key in what):
             self._flush()
             self._run = {"index": after.index, "count": 0} | what
@@ -126,7 +126,8 @@ def digest(snapshot: Snapshot) -> str:
     return found.hexdigest()
 
 
-def _result(snapshot: Snapshot) -> dict[str, Any]:
+def outcome(snapshot: Snapshot) -> dict[str, Any]:
+    """What a record keeps of a snapshot, and a replay compares: what the drives hold, the tip (m), the `digest`."""
     at = snapshot.posture
     tip = [round(x, 7) for x in snapshot.tip.tolist()]
     return {"at": [at.insertion, at.rotation, *at.tension], "tip": tip, "digest": digest(snapshot)}

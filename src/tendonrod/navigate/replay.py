@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from operator import index
 from os import PathLike, fspath
@@ -12,25 +12,24 @@ from typing import Any
 
 from ..errors import Fact, InvalidInput, TendonrodError
 from .commands import NAMES, Jog, Posture
-from .drive import IdealDrive
+from .drive import IdealDrive, Untroubled
 from .outer_tube import RANGES, OuterTube
-from .record import FORMAT, VERSION, digest, software
+from .record import FORMAT, VERSION, outcome, software
 from .scenario import Scenario
 from .scenariofile import scenario_from
 from .session import Session
 from .snapshot import Snapshot
 
 SHAPE = f"a record that a session of tendonrod wrote: JSON lines, the first with format {FORMAT!r}"
+HELD = ("insertion (share)", "rotation (rad)")  # what a step's "at" begins with; then come the tensions
 
 
 class ReplayDiffers(TendonrodError):
     """A replay that gives other bits than its record; the message is one sentence."""
 
 
-class RecordedDrive:
+class RecordedDrive(Untroubled):
     """Gives again what a real drive held, step by step."""
-
-    fault = ""
 
     def __init__(self, posture: Posture, coupled: bool) -> None:
         self.posture, self.coupled = posture, coupled
@@ -107,7 +106,7 @@ def replay(path: str | PathLike[str], check: bool = True) -> Iterator[Snapshot]:
                 yield session.snapshot
             continue
         if isinstance(drive, RecordedDrive):
-            drive.next = _posture(line["at"])
+            drive.next, drive.fault = _posture(line["at"]), line.get("blocked", "")
         jog = Jog(**dict(zip(NAMES, line["jog"], strict=True)))
         for _ in range(line["count"]):
             yield session.step(jog, line["dt"])
@@ -145,14 +144,50 @@ EVENTS: dict[str, Callable[[Session, Mapping[str, Any]], Snapshot]] = {
 
 
 def _compare(name: str, header: Mapping[str, Any], line: Mapping[str, Any], snapshot: Snapshot) -> None:
-    if digest(snapshot) == line["digest"]:
+    """Raises `ReplayDiffers` where anything that ``line`` says of its last step is another in ``snapshot``."""
+    found = [*_differences(line, snapshot)]
+    if not found:
         return
-    tips = [", ".join(f"{1e3 * x:.4f}" for x in tip) for tip in (snapshot.tip.tolist(), line["tip"])]
     then, now = header["software"], software()
     changed = [f"{key} {then.get(key)} then, {now[key]} now" for key in now if now[key] != then.get(key)]
     why = "; ".join(changed) or "with the same versions, so the record was edited or the program changed"
-    where = f"step {snapshot.index} of {name}: the tip is at ({tips[0]}) mm, the record says ({tips[1]}) mm"
-    raise ReplayDiffers(f"{where}: {why}")
+    raise ReplayDiffers(f"step {snapshot.index} of {name}: {', '.join(found)}: {why}")
+
+
+def _differences(line: Mapping[str, Any], snapshot: Snapshot) -> Iterator[str]:
+    """Each field that differs, with what was recorded and what is computed now."""
+    now = outcome(snapshot)
+    if len(line["at"]) != len(now["at"]):
+        yield _differs("drives", f"{len(line['at'])} numbers", f"{len(now['at'])}")
+    names = (*HELD, *(f"tension {k} (N)" for k in range(1, len(now["at"]) - 1)))
+    for field, then, is_now in zip(names, line["at"], now["at"], strict=False):
+        if then != is_now:
+            yield _differs(field, *_told_apart([then], [is_now]))
+    if line["tip"] != now["tip"]:
+        then, is_now = _told_apart(*([1e3 * x for x in tip] for tip in (line["tip"], now["tip"])))
+        yield _differs("tip (mm)", f"({then})", f"({is_now})")
+    if bool(line.get("blocked")) != bool(snapshot.blocked):
+        words = ("carried out", "refused")
+        yield _differs("command", words[bool(line.get("blocked"))], words[bool(snapshot.blocked)])
+    first = snapshot.index - line.get("count", 1) + 1
+    if line.get("index", first) != first:
+        yield _differs("index", f"{line['index']}", f"{first}")
+    if line["digest"] != now["digest"] and (line["at"], line["tip"]) == (now["at"], now["tip"]):
+        yield _differs("hash of the whole shape", line["digest"], now["digest"])
+
+
+def _differs(field: str, then: str, now: str) -> str:
+    return f"{field} {then} in the record, {now} computed"
+
+
+def _told_apart(then: Sequence[float], now: Sequence[float]) -> tuple[str, str]:
+    """Both with as few decimals, at least four, as show that they differ."""
+    texts = [", ".join(f"{x:.4f}" for x in each) for each in (then, now)]
+    for digits in range(5, 18):
+        if texts[0] != texts[1]:
+            break
+        texts = [", ".join(f"{x:.{digits}f}" for x in each) for each in (then, now)]
+    return (texts[0], texts[1]) if texts[0] != texts[1] else (f"{[*then]!r}", f"{[*now]!r}")
 
 
 def _posture(at: list[float]) -> Posture:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import Fact, InvalidInput, vector
+from ..errors import Fact, InvalidInput, one_of, vector
 from ..robot import Robot, as_robot, load_robot
 from ..section import NotchedTube
 from ..surface import Surface
@@ -23,7 +23,12 @@ if TYPE_CHECKING:
     from ..anatomy import Phantom
 
 PRONE = (-9.81, 0.0, 0.0)  # m/s2: +x is dorsal
-TILT = radians(21.0)
+TILT = radians(21.0)  # where nothing is known of the space around the cord
+# Outer tubes from which pulling and then inserting ExoNav 1, without turning it, leads to targets: found by a search
+# over poses for the free robot, carried out with contact from the windows of T11 to L2 (tests). m and rad.
+ROUND_CORD: Mapping[str, float] = MappingProxyType({"offset": 1.5e-3, "tilt": radians(22.0), "lean": radians(8.0)})
+TO_GANGLION: Mapping[str, float] = MappingProxyType({"offset": -1.5e-3, "tilt": radians(32.0), "lean": radians(1.0)})
+DORSAL = 0.1  # of the dorsal gap, by which that exit lies dorsal of its middle
 NOTHING: Mapping[str, float] = MappingProxyType({})
 ROOM = 1e-5  # m, by which the tube's wall must clear the walls at the exit: the contact's own tolerance
 
@@ -72,8 +77,7 @@ class Scenario:
     @cached_property
     def outer_radius(self) -> float:
         """Largest radius of the robot, m."""
-        at = np.linspace(0.0, self.robot.length_na, 33)
-        return float(self.robot.outer_radius(at).max())
+        return largest_radius(self.robot)
 
     @property
     def surface(self) -> Surface:
@@ -123,17 +127,33 @@ def load_scenario(
     if torsion and isinstance(chosen.body, NotchedTube):
         chosen = chosen.replace(torsion=torsion)
     return Scenario(
-        robot=chosen, phantom=anatomy, tube=default_tube(anatomy, entry).changed(**tube),
+        robot=chosen, phantom=anatomy, tube=default_tube(anatomy, entry, chosen).changed(**tube),
         limits=limits_of(chosen, **{"pressure": anatomy.pressure_limit, **limits}), **settings,
     )  # fmt: skip
 
 
-def default_tube(phantom: Phantom, level: str | None = None) -> OuterTube:
-    """The outer tube in the interlaminar window of ``level``, the lowest if None; tilted so that ExoNav 1 winds round.
+def default_tube(phantom: Phantom, level: str | None = None, robot: Robot | None = None) -> OuterTube:
+    """The outer tube in the interlaminar window of ``level``, the lowest if None, from which a first drive succeeds.
 
-    A phantom without entries gets one at its lowest level, 4.9 mm dorsal of the origin. Raises `InvalidInput`.
+    Without a dura `ROUND_CORD`: 0.7 N of tension, then insertion, lead ExoNav 1 past lateral-right of the same level to
+    ventral of the next. With one `TO_GANGLION`: 0.47 N, then insertion, lead to drg-right of the next level. Where
+    that leaves no room for ``robot``, None for any, the exit lies in the middle of the space, tilted by `TILT`. A
+    phantom without entries gets that at its lowest level, 4.9 mm dorsal of the origin. Raises `InvalidInput`.
     """
     if level is None and not phantom.entries:
         return OuterTube(height=phantom.levels[-1].z_low if phantom.levels else 0.0, tilt=TILT)
-    entry = phantom.entry(level or phantom.levels[-1].name)
-    return OuterTube(height=entry.height, offset=entry.offset, depth=entry.depth, tilt=TILT)
+    if not phantom.entries:
+        raise InvalidInput("entry", level, f"left out: no outer tube's entries are known of the phantom {phantom.name}")
+    entry = phantom.entry(one_of("entry", level or phantom.levels[-1].name, phantom.entries))
+    middle = OuterTube(height=entry.height, offset=entry.offset, depth=entry.depth, tilt=TILT)
+    has_dura = any(each.role == "dura" for each in phantom.structures.values())
+    pose = TO_GANGLION if has_dura else ROUND_CORD
+    depth = entry.depth + DORSAL * phantom.gaps.get(entry.level, {}).get("dorsal", 0.0)
+    found = middle.changed(**{**pose, "offset": entry.offset + pose["offset"], "depth": depth})
+    radius = 0.0 if robot is None else largest_radius(robot)
+    return found if float(phantom.free().distance(found.position[None])[0][0]) >= radius else middle
+
+
+def largest_radius(robot: Robot) -> float:
+    """Largest outer radius of the robot, m; NaN where its outline is unknown."""
+    return float(robot.outer_radius(np.linspace(0.0, robot.length_na, 33)).max())

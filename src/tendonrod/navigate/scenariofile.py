@@ -21,31 +21,37 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import asdict
 from decimal import Decimal
-from math import radians
+from math import degrees, radians
 from os import PathLike, fspath
 from pathlib import Path
 from typing import Any
 
-from ..errors import Fact, InvalidInput, finite, vector
+from ..errors import Fact, InvalidInput, positive, vector, within
 from ..files import text_of
 from ..robotfile_words import parsed
 from ..robotfile_writing import robot_from_text, robot_text, rounded_in_file, with_exact
+from .limits import RANGES as STOPS
 from .limits import NavigationLimits
 from .outer_tube import RANGES, OuterTube
 from .scenario import Scenario, load_scenario
 
 THREE = object()
+Range = tuple[float, float] | None
 LENGTH, ANGLE, PLAIN, PERCENT, KILO = -3, None, 0, -2, 3  # powers of ten to SI; degrees
 TUBE_KEYS = {f"{name}_deg" if name in ("tilt", "lean") else f"{name}_mm": name for name in RANGES}
-KEYS: dict[str, tuple[str, Any]] = {
-    "robot": ("robot", str), "torsion": ("torsion", str), "phantom": ("phantom", str), "levels": ("levels", str),
-    "entry": ("entry", str), "coupled": ("coupled", bool), "gravity_m_per_s2": ("gravity", THREE),
-    "tube": ("tube", {key: (name, ANGLE if key.endswith("deg") else LENGTH) for key, name in TUBE_KEYS.items()}),
-    "limits": ("limits", {
-        "tension_n": ("tension", PLAIN), "insertion_percent": ("insertion", PERCENT),
-        "rotation_deg": ("rotation", ANGLE), "strain_percent": ("strain", PERCENT),
-        "pressure_kpa": ("pressure", KILO), "snap_mm": ("snap", LENGTH),
-    }),
+LIMIT_KEYS = {
+    "tension_n": ("tension", PLAIN), "insertion_percent": ("insertion", PERCENT), "rotation_deg": ("rotation", ANGLE),
+    "strain_percent": ("strain", PERCENT), "pressure_kpa": ("pressure", KILO), "snap_mm": ("snap", LENGTH),
+}  # fmt: skip
+TABLES = {
+    "tube": {key: (name, ANGLE if key.endswith("deg") else LENGTH, RANGES[name]) for key, name in TUBE_KEYS.items()},
+    "limits": {key: (name, kind, STOPS.get(name)) for key, (name, kind) in LIMIT_KEYS.items()},
+}
+KEYS: dict[str, tuple[str, Any, Range]] = {
+    "robot": ("robot", str, None), "torsion": ("torsion", str, None), "phantom": ("phantom", str, None),
+    "levels": ("levels", str, None), "entry": ("entry", str, None), "coupled": ("coupled", bool, None),
+    "gravity_m_per_s2": ("gravity", THREE, None),
+    **{name: (name, keys, None) for name, keys in TABLES.items()},
 }  # fmt: skip
 SHAPE = f"a scene: {', '.join(KEYS)}, as needed"
 
@@ -86,40 +92,45 @@ def read_scenario(path: str | PathLike[str] | None = None, **options: Any) -> Sc
     """
     name = "scene" if path is None else fspath(path)
     table = {} if path is None else parsed(name, text_of("scene", name, "TOML"), SHAPE)
-    found = _values(name, table, KEYS)
+    found = _values(f"{name}: ", table, KEYS)
     for key in ("robot", "phantom"):
         if str(found.get(key, "")).endswith(".toml"):
             found[key] = str(Path(name).parent / found[key])
-    found |= {key: value for key, value in options.items() if value is not None}
-    if path is None:
-        return load_scenario(**found)
+    given = {key: value for key, value in options.items() if value is not None}
     try:
-        return load_scenario(**found)
+        return load_scenario(**found | given)
     except InvalidInput as error:
+        if path is None or error.field in given:  # no word of the file
+            raise
         raise InvalidInput(f"{name}: {error.field}", error.value, error.allowed) from None
 
 
-def _values(name: str, table: Mapping[str, Any], keys: Mapping[str, Any]) -> dict[str, Any]:
-    """SI values by the names of `load_scenario`."""
+def _values(where: str, table: Mapping[str, Any], keys: Mapping[str, Any]) -> dict[str, Any]:
+    """SI values by the names of `load_scenario`; ``where``: what stands before a key in errors."""
     found = {}
     for key, value in table.items():
         if key not in keys:
-            raise InvalidInput(f"{name}: {key}", Fact("unknown"), f"one of {', '.join(keys)}")
-        target, kind = keys[key]
-        found[target] = _value(f"{name}: {key}", value, kind)
+            raise InvalidInput(f"{where}{key}", Fact("unknown"), f"one of {', '.join(keys)}")
+        target, kind, bounds = keys[key]
+        found[target] = _value(f"{where}{key}", value, kind, bounds)
     return found
 
 
-def _value(field: str, value: Any, kind: Any) -> Any:
+def _value(field: str, value: Any, kind: Any, bounds: Range) -> Any:
     if isinstance(kind, Mapping):
         if not isinstance(value, Mapping):
-            raise InvalidInput(field, value, f"a table with {', '.join(kind)}")
-        return _values(field, value, kind)
+            raise InvalidInput(field, value, f"a table, [{field.rpartition(' ')[2]}], with {', '.join(kind)}")
+        return _values(f"{field}.", value, kind)
     if kind is THREE:
         return tuple(vector(field, value, 3).tolist())
     if isinstance(kind, type):
         if not isinstance(value, kind):
-            raise InvalidInput(field, value, "a text" if kind is str else "true or false")
+            raise InvalidInput(field, value, "a text in quotes" if kind is str else "true or false")
         return value
-    number = finite(field, value)
-    return radians(number) if kind is None else float(Decimal(repr(number)).scaleb(kind))
+    number = positive(field, value) if bounds is None else within(field, value, *(_in_file(kind, x) for x in bounds))
+    return radians(number) if kind is ANGLE else float(Decimal(repr(number)).scaleb(kind))
+
+
+def _in_file(kind: int | None, value: float) -> float:
+    """An SI value in the unit of the file."""
+    return degrees(value) if kind is ANGLE else float(Decimal(repr(value)).scaleb(-kind))  # pyright: ignore

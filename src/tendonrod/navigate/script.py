@@ -2,13 +2,12 @@
 
 Columns: duration_s, insertion_mm_per_s, rotation_deg_per_s, tension_n_per_s; optional, in rows where the robot is
 retracted and blank elsewhere, tube_height_mm, tube_offset_mm, tube_depth_mm, tube_tilt_deg, tube_lean_deg. Lines that
-begin with # are comments.
+begin with # are comments. Errors name file, line and column, in the units of the columns.
 """
 
 from __future__ import annotations
 
 import csv
-import io
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal
@@ -18,7 +17,7 @@ from types import MappingProxyType
 
 from ..errors import MISSING, Fact, InvalidInput, finite, within
 from ..files import complete, file_name, text_of
-from .commands import Jog
+from .commands import FASTEST, Jog
 from .outer_tube import RANGES
 from .session import Session
 from .snapshot import Snapshot
@@ -28,18 +27,28 @@ LONGEST = 3600.0  # s of one row
 RATES = {"insertion_mm_per_s": "insertion", "rotation_deg_per_s": "rotation", "tension_n_per_s": "tension"}
 TUBE = {f"tube_{name}_{'deg' if name in ('tilt', 'lean') else 'mm'}": name for name in RANGES}
 NEEDED = ("duration_s", *RATES)
+SHORTEST = 1e-3  # s
+BOUNDS = {
+    "duration_s": (SHORTEST, LONGEST),
+    **{column: (-FASTEST[name], FASTEST[name]) for column, name in RATES.items()},
+    **{column: RANGES[name] for column, name in TUBE.items()},
+}  # SI
 
 
 @dataclass(frozen=True, kw_only=True)
 class Move:
-    """For ``duration`` s at ``jog``; tube: what of the outer tube is changed before (m, rad), empty for nothing."""
+    """For ``duration`` s at ``jog``; tube: what of the outer tube is changed before (m, rad), empty for nothing.
+
+    place: file and line that it was read from, for errors.
+    """
 
     duration: float
     jog: Jog
     tube: Mapping[str, float] = field(default_factory=dict)
+    place: str = field(default="", compare=False)
 
     def __post_init__(self) -> None:
-        within("duration", self.duration, 1e-3, LONGEST)
+        within("duration", self.duration, SHORTEST, LONGEST)
         object.__setattr__(self, "tube", MappingProxyType(dict(self.tube)))
 
 
@@ -48,7 +57,7 @@ def read_script(path: str | PathLike[str]) -> tuple[Move, ...]:
     name = fspath(path)
     text = text_of("script", name, "CSV")
     numbered = [(k, line) for k, line in enumerate(text.splitlines(), 1) if line.strip() and not line.startswith("#")]
-    rows = list(csv.reader(io.StringIO("\n".join(line for _, line in numbered))))
+    rows = [next(csv.reader([line])) for _, line in numbered]
     if len(rows) < 2:
         raise InvalidInput(name, Fact("empty"), f"a header with {', '.join(NEEDED)}, and rows below it")
     header = [cell.strip().lower() for cell in rows[0]]
@@ -73,7 +82,8 @@ def write_script(path: str | PathLike[str], moves: Sequence[Move], comments: Seq
 def play(session: Session, moves: Sequence[Move], step: float = STEP) -> Iterator[Snapshot]:
     """Carry ``moves`` out in even steps of at most ``step`` s, and give each snapshot, that before the first one too.
 
-    Raises `InvalidInput` by row where one places the outer tube and the robot is not retracted, or the place not free.
+    Raises `InvalidInput` by file and line, else by number, where a move places the outer tube and the robot is not
+    retracted, or the place not free.
     """
     within("step", step, 1e-4, 1.0)
     yield session.snapshot
@@ -82,7 +92,7 @@ def play(session: Session, moves: Sequence[Move], step: float = STEP) -> Iterato
             try:
                 yield session.place(session.scenario.tube.changed(**move.tube))
             except InvalidInput as error:
-                raise InvalidInput(f"move {k}: {error.field}", error.value, error.allowed) from None
+                raise InvalidInput(f"{move.place or f'move {k}'}: {error.field}", error.value, error.allowed) from None
         count = ceil(move.duration / step - 1e-9)
         for _ in range(count):
             yield session.step(move.jog, move.duration / count)
@@ -95,11 +105,13 @@ def slowed(moves: Sequence[Move], fastest: Jog) -> tuple[Move, ...]:
         rates = [(getattr(move.jog, name), getattr(fastest, name)) for name in RATES.values()]
         share = max(1.0, *(abs(asked) / most for asked, most in rates))
         jog = Jog(**{name: getattr(move.jog, name) / share for name in RATES.values()})
-        found.append(Move(duration=share * move.duration, jog=jog, tube=move.tube))
+        found.append(Move(duration=share * move.duration, jog=jog, tube=move.tube, place=move.place))
     return tuple(found)
 
 
 def _check_header(name: str, header: Sequence[str]) -> None:
+    if len(header) == 1 and ";" in header[0]:
+        raise InvalidInput(name, Fact("semicolons between cells"), "commas, and points in numbers")
     for column in NEEDED:
         if column not in header:
             raise InvalidInput(f"{name}: column {column}", MISSING, "in the header")
@@ -115,24 +127,25 @@ def _move(place: str, header: Sequence[str], row: Sequence[str]) -> Move:
         raise InvalidInput(place, Fact(f"{len(row)} cells"), f"{len(header)} cells, as the header has")
     cells = dict(zip(header, row, strict=True))
     values = {
-        column: _number(f"{place}, column {column}", text) for column, text in cells.items()
+        column: _number(f"{place}, column {column}", text, column) for column, text in cells.items()
         if text.strip() or column in NEEDED
     }  # fmt: skip
-    try:
-        jog = Jog(**{name: _si(column, values[column]) for column, name in RATES.items()})
-        tube = {TUBE[column]: _si(column, value) for column, value in values.items() if column in TUBE}
-        for key, value in tube.items():
-            within(f"tube {key}", value, *RANGES[key])
-        return Move(duration=values["duration_s"], jog=jog, tube=tube)
-    except InvalidInput as error:
-        raise InvalidInput(f"{place}: {error.field} (SI)", error.value, error.allowed) from None
+    jog = Jog(**{name: _si(column, values[column]) for column, name in RATES.items()})
+    tube = {TUBE[column]: _si(column, value) for column, value in values.items() if column in TUBE}
+    return Move(duration=values["duration_s"], jog=jog, tube=tube, place=place)
 
 
-def _number(where: str, text: str) -> float:
+def _number(where: str, text: str, column: str) -> float:
+    """In the unit of the column."""
+    low, high = (_scaled(column, bound) for bound in BOUNDS[column])
+    allowed = f"a number from {low:.6g} to {high:.6g}"
     try:
-        return finite(where, float(text))
+        number = finite(where, float(text))
     except ValueError:  # InvalidInput is one too
-        raise InvalidInput(where, text.strip() or Fact("empty"), "a finite number") from None
+        raise InvalidInput(where, text.strip() or Fact("empty"), allowed) from None
+    if not low <= number <= high:
+        raise InvalidInput(where, number, allowed)
+    return number
 
 
 def _si(column: str, value: float) -> float:
@@ -144,5 +157,10 @@ def _si(column: str, value: float) -> float:
 
 
 def _in_file(column: str, value: float) -> str:
+    return f"{_scaled(column, value):.12g}"
+
+
+def _scaled(column: str, value: float) -> float:
+    """An SI value in the unit of the column."""
     unit = column.removesuffix("_per_s").rpartition("_")[2]
-    return f"{1e3 * value if unit == 'mm' else degrees(value) if unit == 'deg' else value:.12g}"
+    return 1e3 * value if unit == "mm" else degrees(value) if unit == "deg" else value

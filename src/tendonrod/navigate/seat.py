@@ -16,13 +16,17 @@ class Seat:
         self.holder: str | None = None
         self._heard = 0.0
 
+    @property
+    def is_free(self) -> bool:
+        """Whether anybody could take control now: nobody has it, or who has it is absent."""
+        return self.holder is None or self.clock() - self._heard >= self.absence
+
     def take(self, who: str) -> str:
         """Give control to ``who``: "" if granted, else a sentence that says why not."""
-        silence = self.clock() - self._heard
-        if self.holder not in (None, who) and silence < self.absence:
+        if self.holder != who and not self.is_free:
             return (
                 f"{self.holder} has control: it must release it first, "
-                f"or say nothing for {self.absence:g} s (now {silence:.1f} s)"
+                f"or say nothing for {self.absence:g} s (now {self.clock() - self._heard:.1f} s)"
             )
         self.holder, self._heard = who, self.clock()
         return ""

@@ -21,6 +21,7 @@ from .routes import make_app
 from .service import Service
 
 LARGEST_FRAME = 1 << 16  # bytes; longer ones close the connection
+ADDRESS = "an address of this machine, as 127.0.0.1 for itself alone or 0.0.0.0 for its networks"
 SWITCH = 1e-3  # s, after which the pilot's thread lets the sockets work
 PATIENCE = 2  # s for open connections at the end
 
@@ -28,9 +29,12 @@ PATIENCE = 2  # s for open connections at the end
 def listening(host: str, port: int) -> socket.socket:
     """A socket that listens there; port 0 for any free one. Raises `InvalidInput` where that cannot be had."""
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    if not host.strip():  # which would listen on every address, without a word
+        raise InvalidInput("--host", Fact("''"), ADDRESS)
     found = socket.socket(family, socket.SOCK_STREAM)
     try:
         found.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        found.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)  # of its connections: states do not wait
         found.bind((host, port))
         found.listen(64)
     except OSError as error:
@@ -39,7 +43,8 @@ def listening(host: str, port: int) -> socket.socket:
             raise InvalidInput("--port", port, "free: another program listens on it; 0 takes any free one") from None
         if error.errno == errno.EACCES:
             raise InvalidInput("--port", port, "one that this user may listen on, above 1023") from None
-        raise InvalidInput("--host", Fact(host), f"an address of this machine: {error.strerror or error}") from None
+        why = "its name is not known" if isinstance(error, socket.gaierror) else "it is not one of this machine's"
+        raise InvalidInput("--host", Fact(host), f"{ADDRESS}; {why}") from None
     return found
 
 

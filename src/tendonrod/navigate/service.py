@@ -8,7 +8,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from concurrent.futures import Future
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from functools import partial
 from itertools import chain
 from pathlib import Path
@@ -18,6 +18,8 @@ from typing import TYPE_CHECKING, Any
 from ..errors import Fact, InvalidInput
 from . import asked, told, wire
 from .commands import Rates
+from .film import span_of
+from .news import News
 from .pilot import Frame, Pilot
 from .seat import Seat
 
@@ -64,11 +66,10 @@ class Service:
         if records is not None:
             self._begin_record(session)
         self.begun, self.gauges = session.scenario, session.snapshot.limits
-        self._reached = frozenset(session.snapshot.reached)
+        self._trouble = ""
+        self._news = News(session.snapshot)
         self.newest = Frame(session.snapshot, moving=False, mode="live")
-        self.pilot = Pilot(
-            session, show=self._seen, tell=self.event, runs_still=lambda: self.seat.holder is not None, clock=clock
-        )
+        self.pilot = Pilot(session, show=self._seen, tell=self.event, runs_still=self._runs_still, clock=clock)
 
     # ---- what is
 
@@ -80,7 +81,8 @@ class Service:
         """The newest `told.State`, as text."""
         frame = self.newest
         name = None if self.record is None else self.record.name
-        return wire.state(frame.snapshot, moving=frame.moving, mode=frame.mode, recording=name)
+        shown = {"moving": frame.moving, "mode": frame.mode, "film": frame.film}
+        return wire.state(frame.snapshot, recording=name, trouble=self.pilot.session.trouble, **shown)
 
     def settings(self) -> told.Settings:
         rates = told.RateValues(**asdict(self.rates))
@@ -98,7 +100,8 @@ class Service:
     def stop(self, why: str = "stopped") -> None:
         """Nothing moves from now on; an event tells ``why`` if anything did."""
         did = self.pilot.dead_man.is_held
-        self.pilot.dead_man.let_go()
+        self.pilot.dead_man.let_go(why)
+        self.pilot.session.halt()
         if did:
             self.event("info", why)
 
@@ -147,10 +150,10 @@ class Service:
             raise Refused("a record is shown: end the replay first")
         return self.pilot.hold(self.rates.jog(jog.insertion, jog.rotation, jog.tension), seconds)
 
-    def set_rates(self, who: str, rates: asked.RateBody) -> None:
-        """Raises `InvalidInput` outside the allowed rates."""
+    def set_rates(self, who: str, rates: asked.SomeRates | asked.Rates) -> None:
+        """What is left out stays. Raises `InvalidInput` outside the allowed rates."""
         self._needs_control(who)
-        self.rates = Rates(insertion=rates.insertion, rotation=rates.rotation, tension=rates.tension)
+        self.rates = replace(self.rates, **rates.model_dump(exclude={"type"}, exclude_none=True))
         self.tell(self.settings())
 
     def reset(self, who: str) -> Future[Any]:
@@ -162,6 +165,10 @@ class Service:
             who, lambda session: session.place(session.snapshot.tube.changed(**changes)), "the outer tube is placed"
         )
 
+    def acknowledge(self, who: str, home: bool) -> Future[Any]:
+        """Raises `Refused`; the future `InvalidInput`, see `recovery`."""
+        return self._change(who, lambda session: session.acknowledge(home), "the fault is acknowledged")
+
     def couple(self, who: str, on: bool) -> Future[Any]:
         text = "insertion turns the robot along its helix" if on else "the motor stands still while inserting"
         return self._change(who, lambda session: session.couple(on), text, settings=True)
@@ -170,11 +177,11 @@ class Service:
         """Begin a new record, which needs a retracted robot, or end the present one."""
         if self.records is None:
             raise Refused("this server keeps no records")
-        if on == (self.record is not None):
-            raise Refused(
-                f"{self.record.name} is being recorded already" if self.record else "nothing is being recorded"
-            )
-        return self._change(who, self._begin_record if on else self._end_record, "recording")
+        name = "" if self.record is None else self.record.name
+        if on == bool(name):
+            raise Refused(f"{name} is being recorded already" if name else "nothing is being recorded")
+        text = "a new record begins" if on else f"the record {name} is ended"
+        return self._change(who, self._begin_record if on else self._end_record, text)
 
     def play(self, who: str, name: str, speed: float) -> Future[Any]:
         """Raises `InvalidInput` where there is no such record.
@@ -192,9 +199,18 @@ class Service:
         Thread(target=self._open, args=(who, path, speed, opened), name="replay", daemon=True).start()
         return opened
 
+    def set_playback(self, who: str, change: asked.Playback) -> Future[Any]:
+        """Speed, pause or place of the record that is shown."""
+        self._needs_control(who)
+        return self.pilot.set_film(speed=change.speed, paused=change.paused, at=change.at)
+
     def stop_playing(self, who: str) -> Future[Any]:
         self._needs_control(who)
-        return self.pilot.stop_playing()
+        was_shown = self.pilot.is_replaying
+        future = self.pilot.stop_playing()
+        if was_shown:
+            self.event("info", "back to the live session")
+        return future
 
     def close(self) -> Path | None:
         """End thread, session and record; the path of the record."""
@@ -236,9 +252,9 @@ class Service:
 
         try:
             frames = replay(path)
-            first = next(frames)
+            first, span = next(frames), span_of(path)
             self._needs_control(who)
-            shown = self.pilot.play(chain([first], frames), speed)
+            shown = self.pilot.play(chain([first], frames), speed, path.name, span)
             self.event("info", f"{path.name} is shown")
             found = shown.result()
         except Exception as error:  # noqa: BLE001 - it is whoever asked who hears of it
@@ -260,11 +276,24 @@ class Service:
         session.stop_recording()
         self.record = None
 
+    def _runs_still(self) -> bool:
+        """While somebody steers, or a bench that stopped is still to be seen letting go."""
+        return self.seat.holder is not None or self.pilot.session.trouble is not None
+
+    def _tell_trouble(self) -> None:
+        """Each fault of a bench once, to everybody, and that it is over."""
+        trouble = self.pilot.session.trouble
+        text = "" if trouble is None else trouble.text
+        if text == self._trouble:
+            return
+        self._trouble = text
+        self.event("limit", text) if text else self.event("info", "the bench obeys again")
+
     def _seen(self, frame: Frame) -> None:
         self.newest = frame
+        self._tell_trouble()
         if frame.mode == "live":
-            reached = frozenset(frame.snapshot.reached)
-            for name in sorted(reached - self._reached):
-                self.event("info", f"target {name} is reached")
-            self._reached = reached
+            for severity, text in self._news.of(frame.snapshot):
+                if not self._trouble or self._trouble not in text:
+                    self.event(severity, text)
         self.show(self.state())

@@ -5,16 +5,19 @@ from __future__ import annotations
 from dataclasses import replace
 
 from ..errors import Fact, InvalidInput, within
-from .commands import Jog, Posture
+from .commands import FASTEST, Jog, Posture
 from .drive import Drive, IdealDrive
-from .mechanics import SNAP, Body, move, rest
+from .mechanics import SNAP, Body, Travel, move, rest
 from .observation import observed
 from .outer_tube import OuterTube
 from .record import SessionRecord
+from .recovery import Trouble
+from .refusals import Refusals
 from .scenario import Scenario
 from .snapshot import Notice, Snapshot
 
 LONGEST = 60.0  # s of one step
+HOMED = 2e-3  # m: a bench that draws in more than this from one step to the next looks for its references
 OWN = ("record", "snap")  # codes of the session's own warnings
 
 
@@ -30,7 +33,7 @@ class Session:
         self.scenario, self._record = scenario, record
         self._drive: Drive = IdealDrive(scenario) if drive is None else drive
         self._body = rest(scenario, self._drive.posture)
-        self._refused: tuple[Jog, float, str] | None = None
+        self._refusals = Refusals()
         self._snapped = 0.0
         self.snapshot: Snapshot = observed(scenario, self._body, index=0, time=0.0, blocked="")
         if record is not None:
@@ -40,6 +43,24 @@ class Session:
     def coupled(self) -> bool:
         """Whether insertion turns the motor by the follow-the-leader law."""
         return self._drive.coupled
+
+    @property
+    def trouble(self) -> Trouble | None:
+        """What keeps a bench from moving, and what to do about it; None where nothing does."""
+        return self._drive.trouble
+
+    def acknowledge(self, home: bool = False) -> Snapshot:
+        """Let a bench obey again after a fault; the next steps show where it then is.
+
+        home: whether the robot may be let go and drawn in, where positions are not known. Raises `InvalidInput`.
+        """
+        self._drive.acknowledge(home)
+        self._refusals = Refusals()
+        return self.snapshot
+
+    def halt(self) -> None:
+        """End a homing that `acknowledge` has begun; from any thread."""
+        self._drive.halt()
 
     def step(self, jog: Jog, dt: float) -> Snapshot:
         """The session ``dt`` s later, moved at ``jog`` meanwhile.
@@ -56,6 +77,14 @@ class Session:
         if self._record is not None:
             self._record.step(jog, dt, self.snapshot)
         return self.snapshot
+
+    def rehearse(self) -> None:
+        """Compute a few steps of another session of this scenario, so that the first of this one need not wait for
+        compiled code to be loaded.
+        """
+        other, length = Session(self.scenario), self.scenario.robot.section.L
+        for share in (0.02, 0.05, 0.05):
+            other.step(Jog(insertion=min(share * length / 0.5, FASTEST["insertion"])), 0.5)
 
     def place(self, tube: OuterTube) -> Snapshot:
         """Put the outer tube elsewhere. Raises `InvalidInput` unless the robot is retracted and the place is free."""
@@ -81,7 +110,7 @@ class Session:
         if not isinstance(on, bool):
             raise InvalidInput("on", on, "True or False")
         self._drive.coupled = on
-        self.scenario, self._refused = replace(self.scenario, coupled=on), None
+        self.scenario, self._refusals = replace(self.scenario, coupled=on), Refusals()
         if self._record is not None:
             self._record.coupled(on)
         return self.snapshot
@@ -109,22 +138,33 @@ class Session:
 
     def _advanced(self, jog: Jog, dt: float) -> str:
         """Carry out a jog as far as it goes; returns why not further, "" where it went all the way."""
-        if self._refused is not None and self._refused[:2] == (jog, dt):
-            self._snapped = 0.0
-            return self._refused[2]  # the same command in the same state
-        self._refused, self._snapped = None, 0.0
+        self._snapped = 0.0
         goal = self._drive.advance(jog, dt)
         if goal == self._body.posture:
+            self._refusals.pause()
             return self._drive.fault
-        before, travel = self._body, move(self.scenario, self._body, goal)
+        if goal.insertion == 0.0 and self.snapshot.exposed > HOMED:  # what is all in has no history
+            self._body = rest(self.scenario, goal)
+            return self._drive.fault
+        travel = self._moved(goal)
         self._body, self._snapped = travel.body, travel.snapped
         if not travel.refused:
+            if travel.body.posture != goal:  # withdrawn over an edge, a little further than asked
+                self._drive.go_back(travel.body.posture)
             return self._drive.fault
         if not self._drive.go_back(travel.body.posture):
             return f"the model cannot follow the robot: {travel.refused}"
-        text = f"not moved further: {travel.refused}; go back, or another way"
-        self._refused = (jog, dt, text) if travel.body is before else None
-        return text
+        return f"not moved further: {travel.refused}; go back, or another way"
+
+    def _moved(self, goal: Posture) -> Travel:
+        """Towards ``goal``; of what is known to be refused only the part that withdraws the robot, if any."""
+        body = self._body
+        why, goal = self._refusals.known(self.scenario, body, goal)
+        travel = Travel(body=body) if goal == body.posture else move(self.scenario, body, goal)
+        if why:
+            return replace(travel, refused=why)
+        self._refusals.add(self.scenario, body, goal, travel)
+        return travel
 
     def _show(self, before: Body, dt: float, blocked: str) -> None:
         old, told = self.snapshot, self._told()
@@ -138,7 +178,7 @@ class Session:
         """Begin anew at ``posture``, which must have no history: retracted."""
         body, old = rest(scenario, posture), self.snapshot
         shown = observed(scenario, body, index=old.index, time=old.time, blocked="", reached=reached)
-        self.scenario, self._body, self._refused, self.snapshot = scenario, body, None, shown
+        self.scenario, self._body, self._refusals, self.snapshot = scenario, body, Refusals(), shown
 
     def _told(self) -> tuple[Notice, ...]:
         """Warnings of the session's own."""

@@ -15,6 +15,7 @@ from .commands import Jog
 from .limits import NavigationLimits
 
 LEAD = (1e-3, radians(5.0), 0.2)  # m, rad, N
+SLACK = 0.05  # N: a tendon that is found with less is left as it is
 DEAD_MAN = 0.15  # s, after which a jog that was not renewed ends
 STAND = Jog()
 
@@ -33,6 +34,24 @@ class Teleoperate(Staged):
     def steer(self, jog: Jog, time: float = DEAD_MAN) -> None:
         """Move at ``jog`` for the next ``time`` s of the bench, unless told otherwise before."""
         self._jog, self._left = jog, time
+
+    def watch(self, sample: Sample, dt: float) -> None:
+        """Follow the tension of a bench that does not run, so that what is shown stays true."""
+        self.smooth.update(sample.force.tension, dt)
+
+    def resume(self, homed: bool) -> None:
+        """Begin again, on a bench that stood meanwhile: nothing moves until it is steered, the tension stays.
+
+        homed: whether it has looked for its references; the motor's full turns are then counted anew.
+        """
+        self.steer(STAND, 0.0)
+        self._z = nan  # the next update begins where the axes are
+        self.target, self._moves = self.tension if self.tension > SLACK else 0.0, False
+        self.winder.reset()
+        for each in self._drives:
+            each.ramp.velocity = 0.0
+        if homed:
+            self._turned = nan
 
     def finish(self) -> None:
         """There is nothing more to do."""

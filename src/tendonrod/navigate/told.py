@@ -117,12 +117,13 @@ class Settings(Message):
 
 
 class Control(Message):
-    """Who has control, after every change."""
+    """Who has control, after every change; that its holder has fallen silent is told with a pong."""
 
     type: Literal["control"] = "control"
     operator: str | None
     you: bool
     watchers: int
+    free: Annotated[bool, Field(description="Whether another may take control: nobody has it, or has been silent")]
 
 
 class Contact(Message):
@@ -143,6 +144,26 @@ class WarningState(Message):
     code: str
     text: str
     severity: Severity
+
+
+class Replaying(Message):
+    """The record that is shown; times in s from its beginning."""
+
+    name: str
+    at: float
+    span: Annotated[float, Field(description="Of the whole record")]
+    known: Annotated[float, Field(description="Computed so far; what lies beyond has to be computed first")]
+    speed: Annotated[float, Field(description="1: as fast as it was recorded")]
+    paused: bool
+
+
+class FaultState(Message):
+    """What keeps the bench from moving."""
+
+    text: str
+    remedy: Annotated[str, Field(description="What to do next")]
+    ready: Annotated[bool, Field(description="Whether it can be acknowledged now")]
+    homes: Annotated[bool, Field(description="Whether that needs home: the robot is let go and drawn in by it")]
 
 
 class State(Message):
@@ -167,9 +188,13 @@ class State(Message):
     warnings: list[WarningState]
     in_range: Annotated[bool, Field(description="Whether the model holds here")]
     blocked: Annotated[str, Field(description="Why the last command was not carried out; empty if it was")]
+    fault: Annotated[
+        FaultState | None, Field(description="Of the bench; null where nothing stops it, or there is none")
+    ]
     moving: bool
     mode: Literal["live", "replay"]
     recording: Annotated[str | None, Field(description="Name of the record")]
+    replay: Annotated[Replaying | None, Field(description="What is shown in the mode replay")]
 
 
 class Event(Message):
@@ -194,6 +219,13 @@ class Pong(Message):
 
 
 # ---- answers of the HTTP interface
+
+
+class Stepped(State):
+    """The robot after a step of a script, and how far that got."""
+
+    seconds_done: Annotated[float, Field(description="s of the duration that were moved; `blocked` is of the last")]
+    ended_early: Annotated[str | None, Field(description="Why it ended before its duration; null where it did not")]
 
 
 class RecordEntry(Message):

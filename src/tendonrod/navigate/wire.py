@@ -15,7 +15,9 @@ from .told import MOST_CONTACTS, MOST_POINTS
 
 if TYPE_CHECKING:
     from ..anatomy import Phantom
+    from .film import Playing
     from .outer_tube import OuterTube
+    from .recovery import Trouble
     from .scenario import Scenario
     from .snapshot import Gauge, Snapshot
 
@@ -81,7 +83,10 @@ def _level(phantom: Phantom, level: Any) -> dict[str, Any]:
     }
 
 
-def state(snapshot: Snapshot, *, moving: bool, mode: str, recording: str | None) -> str:
+def state(
+    snapshot: Snapshot, *, moving: bool, mode: str, recording: str | None, film: Playing | None = None,
+    trouble: Trouble | None = None,
+) -> str:  # fmt: skip
     """The snapshot as the text of a `told.State`; usually 3 to 7 kB."""
     count = len(snapshot.centerline)
     at = np.linspace(0, count - 1, min(count, MOST_POINTS)).round().astype(int)
@@ -105,9 +110,11 @@ def state(snapshot: Snapshot, *, moving: bool, mode: str, recording: str | None)
         "warnings": [{"code": each.code, "text": each.text, "severity": each.severity} for each in snapshot.warnings],
         "in_range": bool(snapshot.in_range),
         "blocked": snapshot.blocked,
+        "fault": None if trouble is None else asdict(trouble),
         "moving": moving,
         "mode": mode,
         "recording": recording,
+        "replay": None if film is None else film._asdict(),
     }
     return json.dumps(values, separators=(",", ":"), allow_nan=False)
 

@@ -26,6 +26,7 @@ ENTERED = 5e-3  # m of robot out of the outer tube, at which it is said to have 
 SECTOR = np.radians(8.0)  # to either side, within which the tip is beside or in front of the cord
 SIDES = {"right of the cord": 0.5 * np.pi, "ventral of the cord": np.pi, "left of the cord": -0.5 * np.pi}
 NEAR = 0.04  # of the insertion, and in rad of rotation / 5: moments nearer to each other are told as one
+PRESSED = 0.1  # of the limit: moments with pressures further apart are two
 _ENTRY, _PEAK, _END = "entry", "highest pressure", "end"
 
 
@@ -210,5 +211,8 @@ def _weight(title: str) -> int:
 
 
 def _alike(a: Snapshot, b: Snapshot) -> bool:
+    pressures = [each.limits["pressure"] for each in (a, b)]
+    if abs(pressures[0].value - pressures[1].value) > PRESSED * pressures[0].high:
+        return False
     apart = abs(a.insertion - b.insertion) + abs(a.rotation - b.rotation) / 5.0
     return a.tube == b.tube and apart + sum(abs(x - y) for x, y in zip(a.tension, b.tension, strict=True)) < NEAR

@@ -191,6 +191,7 @@ def _unrolled(points: np.ndarray) -> np.ndarray:
 
 def _map_targets(axes: Axes, found: Course, span: tuple[float, float]) -> None:
     from matplotlib.patches import Ellipse
+    from matplotlib.patheffects import withStroke
 
     reached = dict(found.reached)
     for name, target in found.scenario.phantom.targets.items():
@@ -204,7 +205,23 @@ def _map_targets(axes: Axes, found: Course, span: tuple[float, float]) -> None:
                 ring.set_alpha(0.6 if done else 1.0)
                 axes.add_patch(ring)
                 axes.annotate(name.partition("@")[0], (z, angle + 0.5 * tall), (0, 2), textcoords="offset points",
-                              size=6.2, color=GREEN, ha="center", va="bottom", clip_on=True)  # fmt: skip
+                              size=6.2, color=GREEN, ha="center", va="bottom", clip_on=True,
+                              path_effects=[withStroke(linewidth=2.0, foreground="white")], zorder=5)  # fmt: skip
+
+
+def _map_legend(axes: Axes) -> list[Any]:
+    """The tip's path, the bodies at the moments, and what rings mean."""
+    from matplotlib.colors import to_rgb
+    from matplotlib.lines import Line2D
+
+    ring: Any = {"ls": "", "marker": "o", "mec": GREEN, "ms": 7.0, "mew": 0.9}
+    path, _ = axes.get_legend_handles_labels()
+    return [
+        *path,
+        Line2D([], [], color=INK, lw=1.1, label="body at a, b, ..."),
+        Line2D([], [], mfc="none", label="target", **ring),
+        Line2D([], [], mfc=(*to_rgb(GREEN), 0.6), label="reached", **ring),
+    ]
 
 
 def _map_frame(axes: Axes, found: Course, z: tuple[float, float], span: tuple[float, float]) -> None:
@@ -220,4 +237,4 @@ def _map_frame(axes: Axes, found: Course, z: tuple[float, float], span: tuple[fl
             axes.axvspan(low, high, color="#f3f4f6", lw=0.0, zorder=0.1)
             axes.annotate(level.name, (0.5 * (low + high), 0.0), (0, 3), xycoords=("data", "axes fraction"),
                           textcoords="offset points", size=7.0, color=QUIET, ha="center", va="bottom")  # fmt: skip
-    axes.legend(loc="upper left")
+    axes.legend(handles=_map_legend(axes), loc="lower right", bbox_to_anchor=(1.01, 0.98), ncols=4, columnspacing=1.2)

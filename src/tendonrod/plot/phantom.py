@@ -1,4 +1,4 @@
-"""Figure of a phantom: an oblique view with its targets, the section along the midline, and sections across."""
+"""Figure of a phantom: an oblique view with its targets, the section along the midline, sections across, a legend."""
 
 from __future__ import annotations
 
@@ -22,6 +22,8 @@ SOFT = ("cord", "root", "ganglion")
 BACK, DURA, FRONT = 0.9, 0.4, 0.14  # opacities
 PIXEL = 0.12  # mm
 EDGE, TITLE, GAP = 0.12, 0.3, 0.28  # inches
+LEGEND = 0.45  # inches, two rows
+WORDS = {"bone": "vertebra", "canal": "wall of the canal", "ligament": "yellow ligament", "root": "nerve root"}
 ACROSS = 4  # sections across
 HALF = 21.0  # mm, half of what they show
 FOOT = 7.0  # mm below the section along the midline
@@ -40,7 +42,7 @@ def phantom_figure(phantom: Phantom, outer_radius: float | None = None) -> Figur
         width = WIDTH - 2.0 * EDGE
         heights = [width * (window[3] - window[2]) / (window[1] - window[0]), width * long[1] / long[0]]
         across = (width - (ACROSS - 1) * 0.1) / ACROSS
-        total = TITLE + heights[0] + GAP + TITLE + heights[1] + GAP + TITLE + across + GAP
+        total = TITLE + heights[0] + GAP + TITLE + heights[1] + GAP + TITLE + across + GAP + LEGEND
         figure = new_figure(total)
         top = total
         places = []
@@ -57,7 +59,31 @@ def phantom_figure(phantom: Phantom, outer_radius: float | None = None) -> Figur
             axes = figure.add_axes((left / WIDTH, places[2], across / WIDTH, across / total))
             _draw_across(axes, phantom, z, outer_radius)
             titled(axes, "cdef"[k], title)
+        _explain(figure, phantom, outer_radius, (LEGEND + 0.1) / total)
         return figure
+
+
+def _explain(figure: Figure, phantom: Phantom, outer_radius: float | None, top: float) -> None:
+    """A legend of the colours, the rings, and the robot's disc, from ``top`` (share of the height) downwards."""
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
+    roles = dict.fromkeys(each.role for each in phantom.structures.values())
+    handles: list[Any] = [
+        Patch(fc=TINT[role], ec=QUIET, lw=0.4, label=WORDS.get(role, role), **_look(role)) for role in roles
+    ]
+    style: Any = {"ls": "", "marker": "o"}
+    if phantom.targets:
+        sizes = sorted({round(MM * each.tolerance, 3) for each in phantom.targets.values()})
+        ends = " to ".join(f"{each:g}" for each in dict.fromkeys((sizes[0], sizes[-1])))
+        handles.append(Line2D([], [], mfc="none", mec=INK, ms=9.0, label=f"target, within {ends} mm", **style))
+    if outer_radius is not None:
+        name = f"robot's tube at a target, {2.0 * MM * outer_radius:.2f} mm"
+        handles.append(Line2D([], [], mfc=BLUE, mec="white", ms=6.0, label=name, **style))
+    figure.legend(
+        handles=handles, loc="upper center", bbox_to_anchor=(0.5, top), ncols=min(5, len(handles)), columnspacing=1.6,
+        handletextpad=0.5, frameon=False,
+    )  # fmt: skip
 
 
 def _kind(target: Target) -> tuple[str, str]:
@@ -191,5 +217,9 @@ def _fill(axes: Axes, rings: list[np.ndarray], role: str, swap: bool = False) ->
     if not rings:
         return
     path = Path.make_compound_path(*(Path(MM * (ring[:, ::-1] if swap else ring), closed=True) for ring in rings))
-    look: Any = {"alpha": 0.5} if role == "dura" else {}
-    axes.add_patch(PathPatch(path, fc=TINT[role], ec=QUIET, lw=0.4, zorder=0.9 if role == "dura" else 1.0, **look))
+    order = 0.9 if role == "dura" else 1.0
+    axes.add_patch(PathPatch(path, fc=TINT[role], ec=QUIET, lw=0.4, zorder=order, **_look(role)))
+
+
+def _look(role: str) -> dict[str, Any]:
+    return {"alpha": 0.5} if role == "dura" else {}

@@ -10,7 +10,8 @@ from math import radians
 from os import PathLike, fspath
 
 from ..errors import MISSING, Fact, InvalidInput, finite, nonnegative, within
-from ..files import text_of
+from ..files import text_of, with_comments_apart
+from ..motion.plan_origin import Origin, read_origin
 
 NEEDED = ("insertion", "tension_n")
 KNOWN = (*NEEDED, "rotation_deg", "rotation_rad", "time_s")
@@ -20,7 +21,8 @@ KNOWN = (*NEEDED, "rotation_deg", "rotation_rad", "time_s")
 class Commands:
     """One row per point: insertion, rotation (rad), tension (N), and time (s), None where the file has no time_s.
 
-    rotation_column: what the file calls its rotation, "rotation_deg" also where it has none.
+    rotation_column: what the file calls its rotation, "rotation_deg" also where it has none. origin: what it was made
+    for, None where it does not say.
     """
 
     insertion: list[float]
@@ -28,15 +30,18 @@ class Commands:
     tension: list[float]
     time: list[float] | None = None
     rotation_column: str = "rotation_deg"
+    origin: Origin | None = None
 
 
 def read_commands(path: str | PathLike[str]) -> Commands:
     """The columns insertion, tension_N, rotation_deg or rotation_rad (0 if left out) and time_s.
 
-    Others are passed over. Raises `InvalidInput` by file, row and column.
+    Others are passed over, as are lines above the header that begin with #. Raises `InvalidInput` by file, row and
+    column.
     """
     name = fspath(path)
-    rows = [row for row in csv.reader(io.StringIO(text_of("file", name, "CSV"))) if any(row)]
+    comments, text = with_comments_apart(text_of("file", name, "CSV"))
+    rows = [row for row in csv.reader(io.StringIO(text)) if any(row)]
     if len(rows) < 2:
         raise InvalidInput(name, Fact("empty"), "a header with insertion and tension_N, and rows below it")
     header = [cell.strip().lower() for cell in rows[0]]
@@ -50,6 +55,7 @@ def read_commands(path: str | PathLike[str]) -> Commands:
         tension=values["tension_n"],
         time=values.get("time_s"),
         rotation_column="rotation_rad" if "rotation_rad" in values else "rotation_deg",
+        origin=read_origin(comments),
     )
 
 

@@ -13,6 +13,7 @@ from ..statics.equilibrium import solve
 from ..statics.limits import PLATEAU_STRAIN, fibre_strain
 from .interfaces import AxisLimits
 from .limits import Limits
+from .overload import Hanging, overloaded
 
 SMALLEST = 0.02  # exposed share, below which the strain of this share is taken: there is next to nothing to bend
 SHARE = 0.9  # of the tension that reaches the strain limit, for a bench's own limit
@@ -24,13 +25,13 @@ class StrainTable:
 
     `__call__(insertion, tension)` -> strain, bilinear in a table, held at the table's ends in insertion and carried on
     with the last slope in tension; rotation 0, the follow-the-leader law. insertions (n,), tensions (m,) N, strain
-    (n, m): read-only.
+    (n, m): read-only. hanging: robot and load that it is of.
     """
 
-    __slots__ = ("_column", "_d_eta", "_d_tau", "_eta", "_rows", "insertions", "strain", "tensions")
+    __slots__ = ("_d_eta", "_d_tau", "_eta", "_rows", "hanging", "insertions", "strain", "tensions")
 
-    def __init__(self, insertions: np.ndarray, tensions: np.ndarray, strain: np.ndarray) -> None:
-        self.insertions, self.tensions, self.strain = insertions, tensions, strain
+    def __init__(self, insertions: np.ndarray, tensions: np.ndarray, strain: np.ndarray, hanging: Hanging) -> None:
+        self.insertions, self.tensions, self.strain, self.hanging = insertions, tensions, strain, hanging
         for array in (insertions, tensions, strain):
             array.setflags(write=False)
         self._rows, self._eta = strain.tolist(), float(insertions[0])  # plain floats: a look-up costs a microsecond
@@ -84,7 +85,7 @@ def strain_limit(
         for j in range(tau.size):
             shape = solve(robot, tau[j], gravity, insertion=eta[i], loads=loads, start=shape)
             strain[i, j] = _strain(robot, shape)
-    return StrainTable(eta, tau, strain)
+    return StrainTable(eta, tau, strain, Hanging(robot, tuple(gravity), tuple(loads)))
 
 
 def bench_limits(robot: Robot, table: StrainTable, target: float | None = None, **changes) -> Limits:
@@ -93,12 +94,16 @@ def bench_limits(robot: Robot, table: StrainTable, target: float | None = None, 
     - table: `strain_limit` of the robot as it hangs in the bench. The tension limit is 0.9 of the smallest tension that
       reaches the plateau's strain at any insertion.
     - target: N, that shall be reached; refused above the soft limits of tension and strain that come out.
-    - changes: fields of `Limits` that are set otherwise. Raises `InvalidInput`.
+    - changes: fields of `Limits` that are set otherwise.
+
+    Raises `InvalidInput`, for "load" where the load alone leaves no room for tension.
     """
     length = robot.section.L  # what the translation moves from insertion 0 to 1
     lowest = min(table.limit(float(eta)) for eta in table.insertions)
     tension = SHARE * min(lowest, float(table.tensions[-1]))
     default = Limits()
+    if (least := default.slack / (SHARE * default.soft)) >= lowest and "tension" not in changes:
+        raise overloaded(table, least)
     chosen = {
         "tension": tension, "strain": PLATEAU_STRAIN, "length": length,
         "translation": AxisLimits(low=0.0, high=length + CLEARANCE, speed=default.translation.speed),

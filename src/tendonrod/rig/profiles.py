@@ -9,7 +9,7 @@ from __future__ import annotations
 from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass
-from os import PathLike
+from os import PathLike, fspath
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
@@ -136,7 +136,8 @@ def profile(
       step. "polynomial": the quadratic that fits its tensions best, as the paper uses it; "paper": the paper's own,
       whatever the target is. Neither of them turns the robot.
     - target: N, of the plan; gravity: (3,) m/s2, world frame; steps, freedom: of the plan that is made.
-    - plan: one that is there already, or the path of its .csv file, for "plan" and "polynomial".
+    - plan: one that is there already, or the path of its .csv file, for "plan" and "polynomial"; a file that says it is
+      for a robot of another name is refused.
     - compliance: of the tendon (m/N), for the tendon paid out, which only feed-forward asks for.
 
     Raises `InvalidInput`, `NotConverged`. Source: paper II-D.
@@ -155,6 +156,8 @@ def _planned(robot: Robot, target: float, gravity, plan, steps: int, freedom: st
     """insertion, tension (N) and rotation (rad) of a plan's steps."""
     if isinstance(plan, (str, PathLike)):
         read = read_commands(plan)
+        if read.origin is not None:
+            read.origin.check_robot("plan", fspath(plan), robot)
         return read.insertion, read.tension, read.rotation
     if plan is None:
         from ..motion.follow_leader import plan_follow_leader

@@ -156,7 +156,7 @@ class Interlock:
             raise IllegalTransition("cannot acknowledge: the bench is held without fault; resume or finish instead")
         if not self._settled:
             raise IllegalTransition(f"cannot acknowledge: {self._reaction.value} has not finished")
-        self._homed = self._homed and not any(map(_loses_reference, self._faults))
+        self._homed = self._homed and not any(map(loses_reference, self._faults))
         self._faults.clear()
         self._restart(State.HOMED if self._homed else State.IDLE)
 
@@ -292,7 +292,7 @@ def _axes(sample: Sample):
     return sample.screw, sample.translation, sample.rotation
 
 
-def _loses_reference(fault: Fault) -> bool:
+def loses_reference(fault: Fault) -> bool:
     """Whether positions can't be trusted after ``fault``: an encoder jumped, or an axis may have lost its power."""
     return fault.kind is FaultKind.ENCODER_JUMP or (
         fault.kind is FaultKind.DEVICE and fault.where.partition(":")[0] in AXES

@@ -7,6 +7,7 @@ along the gradient of d, p gap = 0. Source: docs/method.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import inf
 from typing import TYPE_CHECKING, cast
 
 import numpy as np
@@ -73,6 +74,7 @@ class Contact:
         self.held = np.zeros(at.size)  # multipliers, N/m
         self.stiffness = STIFFNESS * trial.station[:, 3:5].min() / problem.length**4  # N/m^2
         self.pinned = np.full(at.size, -1.0)
+        self.looks = 0  # so far, each with a few iterations: what a solution costs
         self.relief = 0.0  # m by which the surface stands back for the while
         self.model = np.zeros((at.size, 16))  # of the gaps, see `kernel_newton.touched`
         self.model[:, 3] = 1.0  # m: far away until `look` is called
@@ -96,6 +98,7 @@ class Contact:
     def look(self, trial: Trial) -> float:
         """Take the surface's distances where the trial stands; returns by how much the model missed them, m."""
         g, model = np.vstack([trial.frame, trial.end[-1:]]), self.model
+        self.looks += 1
         at = g[:, :3] + self.axis[:, :1] * g[:, 3::3] + self.axis[:, 1:] * g[:, 4::3]
         d, normal = self.surface.distance(at + self.origin)
         gap, moved = d - self.radius + self.relief, at - model[:, :3]
@@ -163,18 +166,22 @@ class Contact:
         return Contacts(**dict(zip(names, arrays, strict=True)))
 
 
-def press(trial: Trial, tolerance: float) -> int:
+def press(trial: Trial, tolerance: float, most: float = inf) -> int:
     """Bring a trial into balance without entering the surface by more than the tolerance that was asked for.
 
     Down in energy where the loads have a potential, against a quadratic model of the gaps which is renewed until it
-    holds. tolerance: of the balance, m. Returns the number of iterations, negative where they lead nowhere.
+    holds. tolerance: of the balance, m. most: looks at the surface before it is given up. Returns the number of
+    iterations, negative or 0 where they lead nowhere.
     """
     contact, asked, count, kicks = cast(Contact, trial.contact), trial.problem.request, 0, 3
+    most += contact.looks
     inherited = bool(contact.held.any())  # forces of another shape, which must be looked at once at least
     trial.walk()
     contact.look(trial)
     trial.walk()
     for _ in range(ROUNDS):
+        if contact.looks > most:
+            break
         before, energy = trial.x.copy(), trial.energy
         found = trial.descend(tolerance, AT_ONCE) if trial.problem.conservative else trial.settle(tolerance, AT_ONCE)
         count += abs(found) or AT_ONCE

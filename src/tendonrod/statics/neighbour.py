@@ -32,12 +32,14 @@ class Effort:
     most_steps: of the finest grid. content: m, error to be content with where finer grids do not help, as where the
     robot slides over an edge that is sharper than they are; the shape's error_estimate tells. is_checked: False takes
     the grid and the error of the start for this shape's too, where that error is well below the accuracy, in about half
-    the time: for shapes so near that the error cannot have grown much.
+    the time: for shapes so near that the error cannot have grown much. most_looks: at the surface on each
+    grid, before a solve is given up; those that arrive take 2, seldom more than 10, those that do not hundreds.
     """
 
     most_steps: int = 160  # 0.5 mm each of ExoNav 1
     content: float = 0.0
     is_checked: bool = True
+    most_looks: float = inf
 
 
 USUAL = Effort()
@@ -61,7 +63,7 @@ def neighbour(
     if solution.length < RETRACTED:
         status = Status.CONVERGED if solution.run(None) == CONVERGED else Status.STALLED
     else:
-        solution, status = _found(NewtonSolution(problem_of(solution)), near, effort)
+        solution, status = _found(NewtonSolution(problem_of(solution), most_looks=effort.most_looks), near, effort)
     rows = solution.rows(s) if status is Status.CONVERGED else np.full((s.size, 24), np.nan)
     for array in (s, rows):
         array.setflags(write=False)

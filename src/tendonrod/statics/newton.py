@@ -26,6 +26,7 @@ class NewtonSolution:
     code: int = -1
     iterations: int = 0
     error: float = nan
+    most_looks: float = inf  # at the surface, on each grid; see `contact.press`
 
     def run(self, start: NewtonSolution | Solution | None = None) -> int:
         """Solve, from ``start`` if given. Returns and keeps the kernel's code."""
@@ -99,7 +100,7 @@ class NewtonSolution:
     def _settled(self, trial: Trial, cold: bool) -> int:
         p = self.problem
         if p.request.surface is not None:
-            count = press(trial, 0.05 * self._goal)
+            count = press(trial, 0.05 * self._goal, self.most_looks)
             self.iterations += abs(count)
             return CONVERGED if count > 0 else STALLED
         if cold:
@@ -182,7 +183,8 @@ class NewtonSolution:
 
     def again(self, steps: int | None = None) -> NewtonSolution:
         """The same problem, unsolved; with a fixed number of steps where it is given."""
-        return NewtonSolution(self.problem if steps is None else self.problem.with_steps(steps))
+        problem = self.problem if steps is None else self.problem.with_steps(steps)
+        return NewtonSolution(problem, most_looks=self.most_looks)
 
     @property
     def is_driven(self) -> bool:

@@ -1,15 +1,15 @@
-// Joins keys, buttons and gamepad into one wish and sends it thirty times a second while something is held. The server
+// Joins keys, buttons and gamepad into one wish and sends it fifty times a second while something is held. The server
 // stops by itself when these messages stop coming; one neutral message tells it at once.
 
 import { clamp } from "../units.js";
 
-export const PERIOD_MS = 1000 / 30;
+export const PERIOD_MS = 20;
 const AXES = ["insertion", "rotation", "tension"];
 
 export class Jog {
   /** `sources`: things with read() and halt(). `maySteer()`: whether this page is the operator and live. */
   constructor({ sources, send, maySteer, onHalt }) {
-    Object.assign(this, { sources, send, maySteer, onHalt, seq: 0, isMoving: false });
+    Object.assign(this, { sources, send, maySteer, onHalt, seq: 0, isMoving: false, ticked: 0 });
     this.timer = setInterval(() => this.tick(), PERIOD_MS);
   }
 
@@ -20,7 +20,12 @@ export class Jog {
     return wish;
   }
 
+  tickIfDue() {
+    if (performance.now() - this.ticked > PERIOD_MS - 5) this.tick();
+  }
+
   tick() {
+    this.ticked = performance.now();
     const wish = this.read();
     if (wish.hold && this.maySteer()) this.say(wish);
     else this.rest();

@@ -11,7 +11,7 @@ export class Events {
   }
 
   add(text, severity = "info", time = null) {
-    this.onEvent(severity);
+    this.onEvent(severity, text);
     if (this.repeats(text)) return;
     const stamp = element("time", {}, time === null ? "" : clock(time));
     this.newest = { text, count: 1, row: element("li", {}, stamp, element("span", {}, capital(text))) };

@@ -4,7 +4,7 @@ import { bodyClearance, clamp, display, fixed, isNumber, least } from "../units.
 import { element, setText } from "./elements.js";
 
 const LABELS = {
-  strain: "Strain", pressure: "Tissue pressure", push: "Push (Euler load)", contact_force: "Contact force",
+  strain: "Strain", pressure: "Tissue pressure", push: "Push (Euler)", contact_force: "Contact force",
 };
 const OWN = /^(insertion|rotation|tension)/; // these have rows of their own
 const SIDES = ["ventral", "ventral left", "left", "dorsal left", "dorsal", "dorsal right", "right", "ventral right"];
@@ -36,7 +36,8 @@ export class Gauges {
     const gauges = state.gauges ?? {};
     const travel = { key: "insertion", label: "Insertion", value: state.insertion * length, low: 0, high: length, unit: "m",
       note: `${fixed(100 * state.insertion, 0)} %`, level: level(gauges.insertion, true) };
-    const turn = { key: "rotation", label: "Rotation", value: state.rotation, unit: "rad", note: bendsTo(state.rotation) };
+    const turn = { key: "rotation", label: "Rotation", value: state.rotation, unit: "rad", note: bendsTo(state.rotation), ...ends(gauges.rotation),
+      title: "Turned by so much at the outer tube's exit; the side to which a pull on the tendon bends the robot there", isCentred: true };
     const pulls = state.tension.map((value, i) => {
       const gauge = gauges.tension ?? gauges[`tension_${i}`] ?? gauges[`tension_${i + 1}`] ?? {};
       const label = state.tension.length > 1 ? `Tendon ${i + 1}` : "Tension";
@@ -53,7 +54,7 @@ export class Gauges {
     setText(known.unit, unit);
     setText(known.note, row.note ?? limitText(row));
     known.bar.hidden = !isNumber(row.high) || !isNumber(row.value);
-    if (!known.bar.hidden) known.fill.style.transform = `scaleX(${share(row)})`;
+    if (!known.bar.hidden) fill(known.fill, row);
   }
 
   add(row) {
@@ -64,6 +65,7 @@ export class Gauges {
     const bar = element("div", { className: "meter" }, fill);
     const one = element("div", { className: "gauge" }, element("dt", {}, row.label), element("dd", {}, value, unit, note), bar);
     one.dataset.gauge = row.key;
+    one.title = row.title ?? "";
     this.list.append(one);
     const known = { row: one, value, unit, note, bar, fill };
     this.rows.set(row.key, known);
@@ -99,6 +101,14 @@ function level(gauge, isEnd = false) {
   return !isEnd && isNumber(gauge.high) && gauge.value > NEAR * gauge.high ? "warn" : "";
 }
 
+const ends = (gauge) => ({ low: gauge?.low, high: gauge?.high, level: level(gauge, true) });
+
+/** A bar from its left end, or from its middle where zero lies there. */
+function fill(one, row) {
+  const part = share(row);
+  one.style.transform = row.isCentred ? `translateX(${100 * Math.min(0.5, part)}%) scaleX(${Math.abs(part - 0.5)})` : `scaleX(${part})`;
+}
+
 function share({ value, low, high }) {
   const from = isNumber(low) ? low : 0;
   return clamp((value - from) / (high - from || 1), 0, 1);
@@ -113,5 +123,5 @@ function limitText({ high, unit, digits }) {
 /** Where a pull on the tendon bends the robot at the exit: at rotation 0 to ventral, a quarter turn later to the left. */
 function bendsTo(rotation) {
   const turns = (((rotation / (2 * Math.PI)) % 1) + 1) % 1;
-  return `to ${SIDES[Math.round(8 * turns) % 8]}`;
+  return `bends ${SIDES[Math.round(8 * turns) % 8]}`;
 }

@@ -1,16 +1,21 @@
-// The bar on top: which session, who steers, and the buttons that act on the whole session.
+// The bar on top: which session, how it is, who steers, and the buttons that act on the whole session.
 
 import { byId, setText } from "./elements.js";
 
-const EMPTY = 1e-9;
+const WORDS = {
+  connecting: "Connecting", lost: "Connection lost: stopped", fault: "Bench stopped", replay: "Replay", refused: "Refused",
+  partly: "Moving, partly refused", moving: "Moving", live: "Live, at rest",
+};
 
 export class Header {
   constructor({ store, send, stop }) {
     Object.assign(this, { store, send });
-    byId("take").addEventListener("click", () => send({ type: store.control.you ? "release" : "take" }));
+    byId("take").addEventListener("click", (event) => {
+      send({ type: store.control.you ? "release" : "take" });
+      if (event.detail) event.currentTarget.blur(); // a click, not a key: the space bar must not release control later
+    });
     byId("stop").addEventListener("click", () => stop("The stop button"));
     byId("reset").addEventListener("click", () => send({ type: "reset" }));
-    byId("record").addEventListener("click", () => send({ type: "record", on: !store.state?.recording }));
     for (const type of ["welcome", "control", "connection"]) store.on(type, () => this.show());
     store.on("state", () => this.show());
     this.show();
@@ -26,41 +31,45 @@ export class Header {
   showScene() {
     const { scene } = this.store;
     if (!scene) return;
-    const torsion = scene.robot.torsion ? `, ${scene.robot.torsion}` : "";
-    setText(byId("subtitle"), `${scene.robot.name}${torsion} · ${scene.phantom.name} phantom`);
+    setText(byId("subtitle"), `${scene.robot.name} · ${scene.phantom.name} phantom`);
+    byId("subtitle").title = `Torsion of the section: ${scene.robot.torsion || "as the robot's file says"}`;
   }
 
   showMode() {
-    const { connected, isReplaying, state } = this.store;
-    const kind = !connected ? "lost" : isReplaying ? "replay" : state?.moving ? "moving" : "live";
-    const words = { lost: this.store.scene ? "Connection lost: stopped" : "Connecting", replay: "Replay", moving: "Moving", live: "Live, at rest" };
-    byId("mode").dataset.kind = kind;
-    setText(byId("mode"), words[kind]);
+    const { doing } = this.store;
+    byId("mode").dataset.kind = doing;
+    setText(byId("mode"), WORDS[doing]);
   }
 
   showControl() {
     const { control, connected } = this.store;
-    const watchers = control.watchers ? `, ${control.watchers} watching` : "";
-    const who = control.you ? "You have control" : control.operator ? `${control.operator} has control` : "Nobody has control";
-    setText(byId("operator-text"), connected ? who + watchers : "");
+    setText(byId("operator-text"), connected ? who(control) : "");
     const button = byId("take");
-    setText(button, control.you ? "Release control" : "Take control");
+    setText(button, control.you ? "Release control" : control.operator && control.free ? "Take over" : "Take control");
     button.classList.toggle("primary", !control.you);
-    button.disabled = !connected;
+    button.disabled = !connected || !(control.you || control.free);
+    button.title = effect(control);
   }
 
   showActions() {
-    const { control, connected, isReplaying, isRetracted, state } = this.store;
-    const mayAct = connected && control.you && !isReplaying;
-    byId("reset").disabled = !mayAct;
-    byId("place").disabled = !mayAct || !isRetracted;
-    byId("place").title = isRetracted ? "Move the outer tube" : "Retract the robot first";
-    byId("replay-end").hidden = !isReplaying || !control.you;
-    const record = byId("record");
-    const isOn = Boolean(state?.recording);
-    record.disabled = !mayAct || (!isOn && (state?.insertion ?? 1) > EMPTY);
-    record.title = isOn ? `Recording ${state.recording}: end the record` : "Begin a new record, with the robot retracted";
-    record.setAttribute("aria-pressed", String(isOn));
-    setText(record.querySelector("span"), isOn ? "Recording" : "Record");
+    const { isRetracted, maySteer } = this.store;
+    byId("reset").disabled = !maySteer;
+    byId("reset").title = maySteer ? "Retracts the robot at once, without tension, and forgets the targets reached" : "Take control first";
+    byId("place").disabled = !maySteer || !isRetracted;
+    byId("place").title = !maySteer ? "Take control first" : isRetracted ? "Move the outer tube" : "Retract the robot first";
   }
+}
+
+/** Who steers, and how many look on beside this page. */
+function who({ you, operator, watchers }) {
+  const others = watchers - (you ? 0 : 1);
+  const also = others > 0 ? `, ${others} ${you ? "watching" : "more watching"}` : "";
+  return (you ? "You have control" : operator ? `${operator} has control` : "Nobody has control") + also;
+}
+
+/** What the button of control does, or why it can do nothing now. */
+function effect({ you, operator, free }) {
+  if (you) return "Others may then take control; the robot stops";
+  if (!operator) return "Only this page then moves the robot; all others watch";
+  return free ? `${operator} has been silent: take its place` : `${operator} must release control, or be silent for 10 s`;
 }

@@ -7,7 +7,6 @@ export class Records {
     Object.assign(this, { store, send, query });
     this.dialog = closable(byId("records-dialog"));
     byId("records").addEventListener("click", () => this.open());
-    byId("replay-end").addEventListener("click", () => send({ type: "replay_stop" }));
   }
 
   async open() {
@@ -38,10 +37,11 @@ export class Records {
 
   row(name) {
     const isRunning = name === this.store.state?.recording;
-    const replay = element("button", { type: "button", disabled: !this.store.control.you }, "Replay");
+    const replay = element("button", { type: "button", disabled: !this.store.maySteer, ariaLabel: `Replay ${name}` }, "Replay");
+    replay.title = this.store.maySteer ? "Shows it to everybody" : "Take control first";
     replay.addEventListener("click", () => this.replay(name));
     const join = this.query ? "&" : "?";
-    const link = element("a", { href: `api/record${this.query}${join}name=${encodeURIComponent(name)}`, download: name }, "Download");
+    const link = element("a", { href: `api/record${this.query}${join}name=${encodeURIComponent(name)}`, download: name, ariaLabel: `Download ${name}` }, "Download");
     return element("li", {}, element("span", { className: "name" }, name, isRunning ? " (recording)" : ""), link, replay);
   }
 

@@ -5,6 +5,7 @@ import { fitted } from "./canvas.js";
 
 const SPAN = 60; // s shown
 const STEP = 0.1; // s between samples
+const BURST = 5; // s within which the same again is counted
 const LEFT = 116; // px for the names
 const LANES = [
   { key: "insertion", name: "Insertion", unit: "mm", digits: 1 },
@@ -32,8 +33,11 @@ export class Strip {
     while (this.marks[0]?.now < now - SPAN) this.marks.shift();
   }
 
-  mark(severity, now) {
-    this.marks.push({ severity, now });
+  /** The same again within a moment is one mark with a count, as long as it goes on. */
+  mark(severity, now, text) {
+    const same = this.marks.findLast((mark) => mark.text === text && now - mark.last < BURST);
+    if (same) Object.assign(same, { last: now, count: same.count + 1 });
+    else this.marks.push({ severity, text, now, last: now, count: 1 });
   }
 
   draw(now, theme) {
@@ -76,9 +80,12 @@ export class Strip {
   }
 
   drawMarks(context, x, height, theme) {
-    for (const { severity, now } of this.marks) {
-      context.fillStyle = severity === "good" ? theme.good : severity === "limit" ? theme.bad : severity === "warning" ? theme.warn : theme.line;
+    context.textAlign = "left";
+    context.textBaseline = "top";
+    for (const { severity, now, count } of this.marks) {
+      context.fillStyle = { good: theme.good, limit: theme.bad, warning: theme.warn }[severity] ?? theme.line;
       context.fillRect(x(now), 0, 1.5, height);
+      if (count > 1) context.fillText(`${count}×`, x(now) + 4, 0);
     }
   }
 }

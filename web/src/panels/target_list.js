@@ -1,6 +1,6 @@
 // The targets by level with distance and reached mark; the chosen one is highlighted in the view.
 
-import { fixed } from "../units.js";
+import { fixed, nearestOf } from "../units.js";
 import { element, setText } from "./elements.js";
 
 /** "Lateral left" of "lateral-left@T12", "DRG right" of "drg-right@L1". */
@@ -13,6 +13,7 @@ export class TargetList {
   constructor(box, count, onChoose) {
     Object.assign(this, { box, count, onChoose, rows: new Map(), chosen: null });
     this.nearest = element("p", { className: "nearest" });
+    this.nearest.append("Nearest", element("b"), element("span", { className: "distance" }));
   }
 
   build(scene) {
@@ -31,6 +32,7 @@ export class TargetList {
     const distance = element("span", { className: "distance" });
     const button = element("button", { type: "button", className: "target", title: target.description ?? "" }, mark, placeOf(target.name), distance);
     button.dataset.target = target.name;
+    button.setAttribute("aria-label", `Target ${placeOf(target.name)} ${target.level}`);
     button.addEventListener("click", () => this.choose(this.chosen === target.name ? null : target.name));
     this.rows.set(target.name, { button, distance, tolerance: target.tolerance });
     return element("li", {}, button);
@@ -46,16 +48,22 @@ export class TargetList {
     const reached = new Set(state.reached);
     for (const [name, row] of this.rows) {
       const isReached = reached.has(name);
-      row.button.dataset.reached = String(isReached);
+      if (row.button.dataset.reached !== String(isReached)) this.mark(name, row.button, isReached);
       setText(row.distance, isReached ? "reached" : `${fixed(1e3 * (state.targets[name] ?? NaN), 1)} mm`);
     }
     setText(this.count, `${reached.size} of ${this.rows.size} reached`);
-    this.showNearest(state, reached);
+    this.showNearest(state);
+  }
+
+  mark(name, button, isReached) {
+    button.dataset.reached = String(isReached);
+    const [, level] = name.split("@");
+    button.setAttribute("aria-label", `Target ${placeOf(name)} ${level}${isReached ? ", reached" : ""}`);
   }
 
   /** Keeps the nearest target in sight, unless somebody is using the list. */
   reveal(name) {
-    if (name === this.revealed || this.box.matches(":hover, :focus-within")) return;
+    if (name === undefined || name === this.revealed || this.box.matches(":hover, :focus-within")) return;
     this.revealed = name;
     const level = this.rows.get(name)?.button.closest(".level");
     if (!level) return;
@@ -64,10 +72,12 @@ export class TargetList {
     else if (at.bottom > box.bottom) this.box.scrollTop += Math.min(at.bottom - box.bottom, at.top - head.bottom);
   }
 
-  showNearest(state, reached) {
-    const open = Object.entries(state.targets).filter(([name]) => !reached.has(name)).sort((a, b) => a[1] - b[1]);
-    for (const [name, { button }] of this.rows) button.classList.toggle("is-nearest", name === open[0]?.[0]);
-    this.reveal(open[0]?.[0]);
-    setText(this.nearest, open.length ? `Nearest: ${placeOf(open[0][0])} ${open[0][0].split("@")[1]}, ${fixed(1e3 * open[0][1], 1)} mm` : "All targets reached");
+  showNearest(state) {
+    const name = nearestOf(state);
+    for (const [own, { button }] of this.rows) button.classList.toggle("is-nearest", own === name);
+    if (state.insertion > 0) this.reveal(name); // at first the list stands at its top, as it is read
+    const [title, distance] = this.nearest.querySelectorAll("b, span");
+    setText(title, name ? `${placeOf(name)} ${name.split("@")[1]}` : "all reached");
+    setText(distance, name ? `${fixed(1e3 * state.targets[name], 1)} mm` : "");
   }
 }

@@ -1,7 +1,7 @@
 // Dark or light: as the system says, or as the switch was left.
 
 const STORED = "tendonrod.theme";
-const NAMES = { text: "--text", quiet: "--quiet", line: "--line", good: "--good", warn: "--warn", bad: "--bad", trace: "--trace",
+const NAMES = { text: "--text", quiet: "--quiet", line: "--line", good: "--good", warn: "--warn", bad: "--bad", trace: "--trace", target: "--target",
   insertion: "--lane-insertion", tension: "--lane-tension", clearance: "--lane-clearance" };
 
 export class Theme {

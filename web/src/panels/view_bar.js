@@ -12,7 +12,7 @@ export class ViewBar {
   }
 
   camera(name) {
-    const button = element("button", { type: "button" }, name);
+    const button = element("button", { type: "button", ariaLabel: name === "Whole" ? "See the whole phantom" : `Look from ${name.toLowerCase()}` }, name);
     button.dataset.camera = name;
     button.addEventListener("click", () => this.stage.cameras.go(name));
     return button;
@@ -43,7 +43,7 @@ export class ViewBar {
     const look = lookOf(role);
     const swatch = element("i", { className: "swatch", ariaHidden: "true" });
     swatch.style.background = look.colour;
-    const button = element("button", { type: "button" }, swatch, look.label);
+    const button = element("button", { type: "button", ariaLabel: `Show ${look.label.toLowerCase()}` }, swatch, look.label);
     button.setAttribute("aria-pressed", "true");
     button.addEventListener("click", () => this.toggle(button, role));
     return button;

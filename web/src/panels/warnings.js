@@ -1,6 +1,6 @@
 // Warnings in plain sentences over the view. Read aloud once when they appear, not at each change of a number.
 
-import { capital } from "../units.js";
+import { capital, reasonOf } from "../units.js";
 import { element, setText } from "./elements.js";
 
 const RANK = { limit: 0, warning: 1, info: 2 };
@@ -46,7 +46,7 @@ export class Warnings {
 }
 
 function collect(state) {
-  const blocked = state?.blocked ? [{ code: "blocked", text: `Not carried out: ${state.blocked}`, severity: "limit" }] : [];
+  const blocked = state?.blocked && !state.fault ? [{ code: "blocked", text: `Refused: ${reasonOf(state.blocked)}`, severity: "limit" }] : [];
   const warnings = [...(state?.warnings ?? [])].sort((a, b) => (RANK[a.severity] ?? 3) - (RANK[b.severity] ?? 3));
   return [...blocked, ...warnings].slice(0, 4);
 }

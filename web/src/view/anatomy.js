@@ -1,6 +1,7 @@
 // The phantom's structures: meshes from the server, drawn as glass, cut by the axial section.
 
 import { BufferAttribute, BufferGeometry, Group, Mesh } from "three";
+import { coarser } from "./coarse.js";
 import { inkOf, lookOf } from "./colours.js";
 import { glass } from "./materials.js";
 import { Slicer } from "./slices.js";
@@ -9,7 +10,8 @@ import { readStl } from "./stl.js";
 export class Anatomy {
   constructor() {
     this.group = new Group();
-    this.parts = []; // {name, role, look, mesh, slicer}
+    this.parts = []; // {name, role, look, mesh, data, slicer}
+    this.isCoarse = false;
   }
 
   /** Fetches each structure; one that fails is reported and left out. `query` is the page's own (it may hold a token). */
@@ -28,8 +30,20 @@ export class Anatomy {
     const look = lookOf(structure.role);
     const mesh = new Mesh(geometry(data), glass(look));
     mesh.renderOrder = look.order;
-    this.parts.push({ ...structure, look, mesh, slicer: new Slicer(data) });
+    this.parts.push({ ...structure, look, mesh, data, slicer: new Slicer(data) });
     this.group.add(mesh);
+    if (this.isCoarse) this.thin(this.parts.at(-1));
+  }
+
+  /** From now on drawn with fewer triangles; sections are cut from the whole meshes as before. */
+  coarsen() {
+    this.isCoarse = true;
+    for (const part of this.parts) this.thin(part);
+  }
+
+  thin({ mesh, data, look }) {
+    mesh.geometry.dispose();
+    mesh.geometry = geometry(coarser(data, look.cell ?? 1.2));
   }
 
   /** Colours that stand out from a dark or a light ground. */

@@ -10,30 +10,33 @@ export const PRESETS = {
   Left: new Vector3(0, -1, 0),
   Right: new Vector3(0, 1, 0),
   Cranial: new Vector3(-0.002, 0, 1), // a hair off the pole, so that dorsal is up
+  Whole: new Vector3(1, 0.9, 0.35),
 };
 
 const ABOVE = 4; // mm
 
 export class Cameras {
   constructor(camera, controls) {
-    Object.assign(this, { camera, controls, isFollowing: false, centre: new Vector3(), size: 40, preset: "Oblique" });
+    Object.assign(this, { camera, controls, isFollowing: false, preset: "Oblique" });
+    this.reach = this.whole = { centre: new Vector3(), size: 40 };
     this.tip = null;
     controls.addEventListener("start", () => this.cut(false)); // turned away from above: nothing is cut off any more
   }
 
-  /** What to look at: the middle (mm) and half the height (mm) of the scene. */
-  frame(centre, size) {
-    this.centre.copy(centre);
-    this.size = size;
+  /** What to look at, each {centre, size}: the middle and half the height (mm) of the robot's reach, and of all. */
+  frame(reach, whole) {
+    Object.assign(this, { reach, whole });
     this.go(this.preset);
   }
 
   go(name) {
     this.preset = name;
     const isAbove = name === "Cranial";
-    const target = this.tip && (this.isFollowing || isAbove) ? this.tip.clone() : this.centre.clone();
+    const isWhole = name === "Whole";
+    const { centre, size: most } = isWhole ? this.whole : this.reach;
+    const target = this.tip && !isWhole && (this.isFollowing || isAbove) ? this.tip.clone() : centre.clone();
     if (isAbove) target.x = target.y = 0;
-    const size = isAbove ? 13 : this.isFollowing ? 16 : this.size;
+    const size = isAbove ? 13 : this.isFollowing && !isWhole ? 16 : most;
     this.controls.target.copy(target);
     this.camera.position.copy(PRESETS[name]).normalize().multiplyScalar(this.distance(size)).add(target);
     this.controls.update();

@@ -1,12 +1,13 @@
 // Colours of the anatomy by role and of the robot by clearance or pressure, for dark and light pages.
 
-/** One look per role: colour on dark, ink on light, opacity seen head on and at the rim, drawing order, whether it is shown at first. */
+/** One look per role: colour on dark, ink on light, opacity seen head on and at the rim, drawing order, mm between the
+ * vertices that a slow browser draws. */
 export const ROLES = {
   cord: { colour: "#e8b48f", ink: "#c07a4c", face: 0.42, rim: 0.85, order: 2, label: "Cord" },
   dura: { colour: "#8fb4d8", ink: "#4f83b8", face: 0.07, rim: 0.5, order: 4, label: "Dura" },
-  canal: { colour: "#9fb6c3", ink: "#6d8797", face: 0.03, rim: 0.34, order: 6, label: "Canal" },
-  bone: { colour: "#e6dcc3", ink: "#a08c5c", face: 0.05, rim: 0.55, order: 7, label: "Bone" },
-  disc: { colour: "#8fc7bd", ink: "#3f8f83", face: 0.08, rim: 0.5, order: 6, label: "Discs" },
+  canal: { colour: "#9fb6c3", ink: "#6d8797", face: 0.03, rim: 0.34, order: 6, cell: 2, label: "Canal" },
+  bone: { colour: "#e6dcc3", ink: "#a08c5c", face: 0.05, rim: 0.55, order: 7, cell: 2.2, label: "Bone" },
+  disc: { colour: "#8fc7bd", ink: "#3f8f83", face: 0.08, rim: 0.5, order: 6, cell: 2, label: "Discs" },
   root: { colour: "#f0d060", ink: "#b8930f", face: 0.45, rim: 0.85, order: 3, label: "Roots" },
   ganglion: { colour: "#f2a33c", ink: "#c9740a", face: 0.55, rim: 0.95, order: 3, label: "Ganglia" },
   ligament: { colour: "#d9a7c7", ink: "#a8659b", face: 0.08, rim: 0.45, order: 5, label: "Ligaments" },

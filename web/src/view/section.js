@@ -57,8 +57,8 @@ export class Section {
       context.beginPath();
       context.arc(...at([x, y]), 1e3 * target.tolerance * scale, 0, 2 * Math.PI);
       context.globalAlpha = 1 - 0.7 * (Math.abs(height - z) / NEAR_LEVEL);
-      context.strokeStyle = state.reached?.includes(target.name) ? theme.good : theme.quiet;
-      context.lineWidth = 1.5;
+      context.strokeStyle = state.reached?.includes(target.name) ? theme.good : theme.target;
+      context.lineWidth = 2;
       context.stroke();
       context.globalAlpha = 1;
     }

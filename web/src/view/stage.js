@@ -11,12 +11,18 @@ import { OuterTubeView, exitOf } from "./outer_tube.js";
 import { RobotTube } from "./robot.js";
 import { TargetRings } from "./targets.js";
 
+const [BELOW, ABOVE] = [12, 4]; // mm shown beyond the outer tube's exit and the robot's reach
 const SLOW_MS = 45; // a frame that keeps the page busy for longer is drawn with fewer pixels from then on
-const BLURRIEST = 0.5; // pixels of the drawing per pixel of the page, at the least
+const BLURRIEST = 0.6; // pixels of the drawing per pixel of the page, at the least
+const WARMING = 4; // drawings before they are judged: the first ones prepare the graphics
+const FEW = 15; // frames/s: what is slower is told
+const LONGEST_MS = 700; // without a picture
+const WATCHED = 20; // drawings over which that is judged
 
 export class Stage {
-  constructor(canvas) {
-    this.canvas = canvas;
+  /** onSlow(frames per second): called once where the browser draws slowly. */
+  constructor(canvas, onSlow = () => {}) {
+    Object.assign(this, { canvas, onSlow, count: 0, spent: 0, isSlow: false, pause: 1.5 });
     this.renderer = new WebGLRenderer({ canvas, antialias: true, alpha: true });
     this.scene = new Scene();
     this.camera = new PerspectiveCamera(32, 1, 1, 2000);
@@ -68,13 +74,11 @@ export class Stage {
 
   /** The camera looks at where a robot from this outer tube can go. */
   frame(scene, tube) {
-    const { levels } = scene.phantom;
-    const high = Math.max(...levels.map((level) => level.z_high));
+    const tops = scene.phantom.levels.map((level) => 1e3 * level.z_high);
+    const bottoms = scene.phantom.levels.map((level) => 1e3 * level.z_low);
     const { at } = exitOf(tube);
-    const reach = 1e3 * scene.robot.length;
-    const from = at.z - 16;
-    const to = Math.min(1e3 * high, at.z + 0.85 * reach);
-    this.cameras.frame(new Vector3(0, 0, (from + to) / 2), Math.max(20, (to - from) / 2));
+    const ends = [at.z - BELOW, at.z + 1e3 * scene.robot.length + ABOVE];
+    this.cameras.frame(span(ends), span([Math.min(at.z, ...bottoms) - BELOW, Math.max(...tops) + ABOVE]));
   }
 
   update(state) {
@@ -101,11 +105,42 @@ export class Stage {
   pace(now) {
     const took = now - this.begun;
     this.begun = null;
-    this.next = took > SLOW_MS ? now + Math.min(took, 250) : 0;
+    this.count += 1;
+    if (this.count <= WARMING) return;
+    this.next = took > SLOW_MS ? now + Math.min(this.pause * took, LONGEST_MS) : 0;
     this.slow = took > SLOW_MS ? this.slow + 1 : 0;
-    if (this.slow < 3 || this.sharpness <= BLURRIEST) return;
-    this.sharpness = Math.max(BLURRIEST, 0.7 * this.sharpness);
+    this.judge(took);
+    if (this.slow < 2) return;
     this.slow = 0;
+    if (!this.anatomy.isCoarse) return this.coarsen();
+    if (this.sharpness <= BLURRIEST) return;
+    this.sharpness = Math.max(BLURRIEST, this.sharpness * Math.max(0.6, Math.sqrt(SLOW_MS / took)));
     this.resize();
   }
+
+  /** Where the controls came too late although they were sent in time, drawing in software takes the server's time too. */
+  giveWay() {
+    this.pause = Math.min(1.5 * this.pause, 8);
+  }
+
+  /** Most of a slow browser's time goes into triangles. */
+  coarsen() {
+    this.anatomy.coarsen();
+    this.targets.isCoarse = true;
+    this.isStale = true;
+  }
+
+  judge(took) {
+    this.spent += took > SLOW_MS ? took + Math.min(this.pause * took, LONGEST_MS) : took;
+    if (this.isSlow || (this.count - WARMING) % WATCHED) return;
+    const rate = (1e3 * WATCHED) / this.spent;
+    this.spent = 0;
+    this.isSlow = rate < FEW;
+    if (this.isSlow) this.onSlow(rate);
+  }
+}
+
+/** Middle (mm, on the cord's axis) and half the height (mm) of what lies between two heights. */
+function span([from, to]) {
+  return { centre: new Vector3(0, 0, (from + to) / 2), size: (to - from) / 2 };
 }

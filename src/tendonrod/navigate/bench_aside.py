@@ -1,0 +1,176 @@
+"""`BenchAside`: a session on a bench whose control loop runs in a process of its own, see `bench_process` for why."""
+
+from __future__ import annotations
+
+import copyreg
+import io
+import json
+import pickle
+import subprocess
+import sys
+import threading
+import time
+from contextlib import suppress
+from types import MappingProxyType
+from typing import Any
+
+from ..errors import TendonrodError
+from ..rig.benches import BenchSource, as_source
+from ..rig.trials import RATE
+from .bench_drive import check_same
+from .bench_process import Start
+from .commands import Jog, Posture
+from .dead_man import GRACE
+from .recovery import END, Trouble, check_acknowledged
+from .scenario import Scenario
+
+PROGRAM = (sys.executable, "-m", "tendonrod.navigate.bench_process")
+LONGEST_END = 60.0  # s, for letting the tendon go and closing the devices
+
+
+class BenchAside:
+    """Steers a bench as `BenchDrive` does with a loop of its own, from another process, which opens it.
+
+    What is shown is what was measured last, up to 10 ms ago. If this process ends, however it does, the other lets the
+    tendon go. paced: whether `advance` takes as long as it says, as a script needs it, which knows no clock.
+
+    Raises as `BenchDrive`; all that happens in the other process as `TendonrodError`.
+    """
+
+    def __init__(
+        self, scenario: Scenario, source: BenchSource, *, seed: int = 0, rate: float = RATE, paced: bool = False
+    ) -> None:
+        source = as_source(source)
+        check_same(scenario, source)
+        self._coupled, self._lock, self._closed = scenario.coupled, threading.Lock(), False
+        self._paced, self._due = paced, 0.0
+        start = Start(
+            robot=scenario.robot, limits=scenario.limits, coupled=scenario.coupled, source=source, seed=seed, rate=rate
+        )
+        self._process = subprocess.Popen(PROGRAM, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+        self._reader = threading.Thread(target=self._read, name="bench", daemon=True)
+        try:
+            self._write(_pickled(start))
+            self.fastest = Jog(**self._first("ready"))
+            self._state = json.loads(self._line())
+        except BaseException:
+            self._process.kill() if self._process.poll() is None else None
+            raise
+        self._reader.start()
+
+    @property
+    def posture(self) -> Posture:
+        """What the bench measured last."""
+        insertion, rotation, *tension = self._state["at"]
+        return Posture(insertion=insertion, rotation=rotation, tension=tuple(tension))
+
+    @property
+    def coupled(self) -> bool:
+        """Whether insertion turns the motor."""
+        return self._coupled
+
+    @coupled.setter
+    def coupled(self, on: bool) -> None:
+        self._coupled = on
+        self._send(coupled=on)
+
+    @property
+    def fault(self) -> str:
+        """See `BenchDrive`."""
+        trouble = self.trouble
+        return "" if trouble is None else trouble.text
+
+    @property
+    def trouble(self) -> Trouble | None:
+        """See `BenchDrive`."""
+        if self._process.poll() is not None:
+            return Trouble(text=f"the bench's process has ended, status {self._process.returncode}", remedy=END)
+        told = self._state["trouble"]
+        return None if told is None else Trouble(**told)
+
+    def advance(self, jog: Jog, dt: float) -> Posture:
+        """Steer at ``jog`` for ``dt`` s from now on, and `GRACE` more; returns what was measured last."""
+        self._send(steer=[jog.insertion, jog.rotation, jog.tension, dt + GRACE])
+        if self._paced:
+            self._due = max(self._due, time.monotonic()) + dt
+            time.sleep(max(self._due - time.monotonic(), 0.0))
+        return self.posture
+
+    def acknowledge(self, home: bool = False) -> None:
+        """See `BenchDrive`."""
+        check_acknowledged(self.trouble, home)
+        self._send(acknowledge=home)
+
+    def halt(self) -> None:
+        """See `BenchDrive`."""
+        if self.trouble is not None:
+            self._send(halt=True)
+
+    def go_back(self, posture: Posture) -> bool:
+        """A bench has made its move."""
+        return False
+
+    def retract(self) -> bool:
+        """A bench retracts by being steered so."""
+        return False
+
+    def close(self) -> None:
+        """Leave the robot slack and standing, and let the devices go."""
+        if self._closed:
+            return
+        self._closed = True
+        with suppress(OSError):
+            self._stdin.close()
+        try:
+            self._process.wait(LONGEST_END)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            raise TendonrodError(f"the bench's process did not end within {LONGEST_END:g} s, and was killed") from None
+        finally:
+            self._reader.join(1.0)
+
+    @property
+    def _stdin(self) -> Any:
+        return self._process.stdin
+
+    def _line(self) -> bytes:
+        assert self._process.stdout is not None
+        line = self._process.stdout.readline()
+        if not line:
+            raise TendonrodError(f"the bench's process has ended, status {self._process.wait(LONGEST_END)}")
+        return line
+
+    def _first(self, key: str) -> Any:
+        """What the first line has under ``key``. Raises `TendonrodError` with the error that it tells instead."""
+        said = json.loads(self._line())
+        if "error" in said:
+            raise TendonrodError(said["error"])
+        return said[key]
+
+    def _read(self) -> None:
+        """Keep the newest state, until there are no more."""
+        with suppress(TendonrodError, ValueError, OSError):
+            while True:
+                self._state = json.loads(self._line())
+
+    def _send(self, **command: Any) -> None:
+        self._write(json.dumps(command).encode() + b"\n")
+
+    def _write(self, data: bytes) -> None:
+        with self._lock, suppress(OSError, ValueError):  # a process that has ended is told by `trouble`
+            self._stdin.write(data)
+            self._stdin.flush()
+
+
+def _pickled(start: Start) -> bytes:
+    """With the read-only mappings that sources have, which pickle itself does not take."""
+    out = io.BytesIO()
+    pickler = pickle.Pickler(out)
+    pickler.dispatch_table = copyreg.dispatch_table | {MappingProxyType: lambda each: (_read_only, (dict(each),))}
+    pickler.dump(start)
+    return out.getvalue()
+
+
+def _read_only(values: dict[Any, Any]) -> MappingProxyType[Any, Any]:
+    """The mapping again; pickle finds no class by the name of its own."""
+    return MappingProxyType(values)

@@ -1,0 +1,107 @@
+"""The process that holds a bench under the page; started by `bench_aside.BenchAside` alone.
+
+It is a process of its own because a session computes: a step of it, with contact, takes from 3 to 100 ms, some load
+compiled code for half a second, and Python lets only one thread of a process run. A control loop beside it is late
+again and again, and a bench that gets no command for 0.1 s rightly stops. Here nothing computes but the loop.
+
+It also outlives the session. Standard input brings a pickled `Start`, then one JSON object a line: {"steer":
+[insertion m/s, rotation rad/s, tension N/s, s]}, {"coupled": bool}, {"acknowledge": home}, {"halt": true}. A command to
+move ends by itself after its time. When standard input ends, so also when the session's process is killed, the tendon
+is let go and the devices are closed. Standard output brings {"ready": ...} or {"error": text}, then the state 100 times
+per second.
+"""
+
+from __future__ import annotations
+
+import json
+import pickle
+import signal
+import sys
+import threading
+from contextlib import suppress
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from ..errors import TendonrodError
+from ..rig.benches import BenchSource
+from ..robot import Robot
+from .bench_drive import BenchDrive
+from .commands import NAMES, Jog
+from .limits import NavigationLimits
+
+TOLD_EVERY = 0.01  # s
+
+
+@dataclass(frozen=True, kw_only=True)
+class Start:
+    """The bench and how it is steered."""
+
+    robot: Robot
+    limits: NavigationLimits
+    coupled: bool
+    source: BenchSource
+    seed: int
+    rate: float
+
+
+def main() -> int:
+    """Hold the bench until standard input ends; 0, or 1 where it did not open."""
+    for name in ("SIGINT", "SIGHUP"):  # they reach the session too, which then ends standard input
+        signal.signal(getattr(signal, name), signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))
+    start: Start = pickle.load(sys.stdin.buffer)
+    try:
+        drive = BenchDrive(start, start.source, seed=start.seed, rate=start.rate, own_thread=True)
+    except TendonrodError as error:
+        _tell(error=str(error))
+        return 1
+    _tell(ready=asdict(drive.fastest))
+    ended = threading.Event()
+    teller = threading.Thread(target=_tell_state, args=(drive, ended), daemon=True)
+    teller.start()
+    try:
+        for line in sys.stdin.buffer:
+            _do(drive, json.loads(line))
+    finally:
+        signal.signal(signal.SIGTERM, signal.SIG_IGN)
+        ended.set()
+        teller.join(1.0)
+        drive.close()
+        with suppress(BrokenPipeError):
+            _tell(**_state(drive))
+    return 0
+
+
+def _do(drive: BenchDrive, command: dict[str, Any]) -> None:
+    match command:
+        case {"steer": [*jog, time]}:
+            drive.steer(Jog(**dict(zip(NAMES, jog, strict=True))), time)
+        case {"coupled": on}:
+            drive.coupled = on
+        case {"acknowledge": home}:
+            with suppress(TendonrodError):  # it was over, or had changed, before this came
+                drive.acknowledge(home)
+        case {"halt": _}:
+            drive.halt()
+
+
+def _tell_state(drive: BenchDrive, ended: threading.Event) -> None:
+    """The newest state, again and again. Where nobody reads it, this waits, and the loop goes on."""
+    with suppress(BrokenPipeError):
+        while not ended.wait(TOLD_EVERY):
+            _tell(**_state(drive))
+
+
+def _state(drive: BenchDrive) -> dict[str, Any]:
+    at, trouble = drive.posture, drive.trouble
+    told = None if trouble is None else asdict(trouble)
+    return {"at": [at.insertion, at.rotation, *at.tension], "trouble": told}
+
+
+def _tell(**what: Any) -> None:
+    sys.stdout.write(json.dumps(what) + "\n")
+    sys.stdout.flush()
+
+
+if __name__ == "__main__":
+    sys.exit(main())
