@@ -7,7 +7,7 @@ part of the result. Latency is from sending a command to the arrival of the firs
     python benchmarks/navigation_service.py --pages 8 --seconds 20 --course pressed
 
 Courses: "free" starts from the outer tube's usual place; "pressed" from the midline, tilted so that the robot winds on
-to the cord, where it is pressed on until it is refused, and drawn back while tension and rotation go on.
+to the cord, where it is pressed on, in the printed phantom until it is refused, and drawn back while the rest goes on.
 "new" are states that tell a later step than the one before.
 """
 

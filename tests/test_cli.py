@@ -570,7 +570,8 @@ def test_interrupt_while_anything_is_imported_is_one_line(name):
 @pytest.mark.parametrize("delay", [0.05, 0.2, 0.4, 0.7, 1.0])
 def test_interrupt_at_any_time_leaves_no_traceback_of_ours(delay):
     """On a slow machine Python's own start may be what is interrupted; the package never shows its inside."""
-    command = [*COMMAND, "ftl", "exonav-1", "--target", "0.7", "--steps", "10000"]
+    code = "from tendonrod.cli import main; raise SystemExit(main())"  # as the installed command
+    command = [sys.executable, "-c", code, "ftl", "exonav-1", "--target", "0.7", "--steps", "10000"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
         time.sleep(delay)
         process.send_signal(signal.SIGINT)

@@ -1,6 +1,7 @@
 """`tendonrod phantom`: what it says, draws and writes, and every wrong option by name."""
 
 import json
+from math import copysign
 
 import pytest
 
@@ -19,7 +20,7 @@ def _own_cache(tmp_path_factory):
 def test_the_page_has_levels_targets_and_sources(capsys):
     assert main(["phantom", "--levels", "T11", "--robot", "exonav-1"]) == 0
     said = capsys.readouterr().out
-    assert said.startswith("printed: printed, T11\n")
+    assert said.startswith("printed phantom, T11\n")
     for words in ("lateral-left@T11", "Frostell 2016", "canal_depth_mm", "engineering choices", "4.68"):
         assert words in said
 
@@ -37,6 +38,17 @@ def test_json_is_the_phantom_in_si(capsys):
     assert told["numbers"]["canal_depth_mm"]["T8"] == 14.6
 
 
+def test_no_number_is_a_negative_zero(result):
+    def zeros(node):
+        if isinstance(node, dict | list):
+            return [found for each in (node.values() if isinstance(node, dict) else node) for found in zeros(each)]
+        return [node] if isinstance(node, float) and node == 0.0 else []
+
+    found = zeros(result("phantom", "anatomical", "--levels", "T11"))
+    assert found
+    assert all(copysign(1.0, each) > 0.0 for each in found)
+
+
 def test_figure_and_files_are_written(capsys, tmp_path):
     options = ["--view", str(tmp_path / "p.png"), "--export", str(tmp_path / "stl"), "--robot", "exonav-1"]
     assert main(["phantom", "anatomical", "--levels", "C3", *options]) == 0
@@ -52,7 +64,7 @@ def test_figure_and_files_are_written(capsys, tmp_path):
         (["--levels", "L2-T8"], "--levels = 'L2-T8': must be a level or a range"),
         (
             ["anatomical", "--levels", "C3", "--robot", "exonav-3"],
-            "--robot = a tube of 1.906 mm: must be thinner",
+            "--robot = exonav-3, a tube of 1.906 mm: must be thinner",
         ),
         (["--view", "p.txt"], "--view = p.txt: must be a file name that ends in .png, .svg or .pdf"),
         (["--plate", "3"], "--plate = 3.0: must be from 50 to 2000"),

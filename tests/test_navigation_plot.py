@@ -2,6 +2,8 @@
 
 import io
 from dataclasses import replace
+from itertools import combinations
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -202,6 +204,18 @@ def test_every_moment_has_a_view_and_a_section_with_the_patients_right_on_the_le
     for axes in figure.axes[1::2]:
         assert axes.get_xlim()[0] > axes.get_xlim()[1]  # y, which points to the patient's right
         assert axes.get_ylim()[0] < axes.get_ylim()[1]
+
+
+def test_a_long_title_leaves_the_numbers_of_its_moment_readable(found):
+    moment = replace(found.moments[0], title="lateral-right@L2 reached, ventral of the cord")
+    figure = scenes_figure(replace(found, moments=(moment,)))
+    view, cut = cast(list[Any], figure.axes)
+    states = [each for each in view.texts if "mm out" in each.get_text()]
+    boxes = [each.get_window_extent() for each in (view._left_title, *states, cut._right_title)]
+    assert len(boxes) == 3
+    for a, b in combinations(boxes, 2):
+        assert not a.overlaps(b)
+    assert all(figure.bbox.x0 <= each.x0 and each.x1 <= figure.bbox.x1 + 1.0 for each in boxes)
 
 
 def test_lines_and_map_show_the_numbers(found):

@@ -3,6 +3,7 @@
 import csv
 import json
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -54,6 +55,15 @@ def test_the_tables_are_the_metrics(session, page):
     peak = max(each.limits["pressure"].value for each in session[1])
     assert value(page, "highest pressure on soft tissue") == pytest.approx(1e-3 * peak)
     assert json.loads((page.parent / "metrics.json").read_text()) == found.to_dict() | {"units": "SI"}
+
+
+def test_times_are_those_of_the_record_where_it_began_later(session):
+    scenario, snapshots = session
+    late, _ = taken([replace(each, time=each.time + 64.0) for each in snapshots], scenario, 3)
+    own, _ = taken(snapshots, scenario, 3)
+    assert late.time == pytest.approx(own.time)
+    assert [time for _, time in late.reached] == pytest.approx([time for _, time in own.reached])
+    assert [each.snapshot.time for each in late.moments] == pytest.approx([each.snapshot.time for each in own.moments])
 
 
 def test_targets_reached_come_first_then_the_near_ones(session, page):

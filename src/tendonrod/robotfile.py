@@ -6,7 +6,7 @@ the words of the file here, so that each rule has one home.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from importlib.resources import files
 from math import inf
 from os import PathLike, fspath
@@ -198,10 +198,16 @@ def _dotted(location: tuple[int | str, ...]) -> str:
 def _known_keys(model: type[BaseModel], above: list[int | str]) -> str:
     for part in above:
         if isinstance(part, str):
-            annotation = model.model_fields[part].annotation
-            candidates = (annotation, *get_args(annotation))
-            model = next(each for each in candidates if isinstance(each, type) and issubclass(each, BaseModel))
+            model = next(_models(model.model_fields[part].annotation))
     return ", ".join(model.model_fields)
+
+
+def _models(annotation: Any) -> Iterator[type[BaseModel]]:
+    """The tables named in a type, however deep: in ``list[FaultTable] | None`` the `FaultTable`."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        yield annotation
+    for each in get_args(annotation):
+        yield from _models(each)
 
 
 def _check_sources(name: str, document: dict[str, Any]) -> None:

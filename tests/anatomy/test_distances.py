@@ -9,6 +9,17 @@ from tendonrod.anatomy import distances
 from tendonrod.anatomy.distances import distance_grid
 from tendonrod.surface import DistanceGrid
 
+
+def test_long_work_is_told_once_and_what_is_kept_is_not(monkeypatch, tmp_path, capsys):
+    monkeypatch.setenv("TENDONROD_CACHE", str(tmp_path))
+    monkeypatch.setattr(distances, "PATIENCE", 0.0)
+    mesh, box = cylinder(), ([-2e-3] * 3, [2e-3] * 3)
+    distance_grid(*mesh, *box)
+    assert f"computing the distances to a mesh of {len(mesh[1])} triangles" in capsys.readouterr().err
+    distance_grid(*mesh, *box)
+    assert capsys.readouterr().err == ""
+
+
 LOW, HIGH = np.array([-8e-3, -8e-3, -4e-3]), np.array([8e-3, 8e-3, 24e-3])
 
 

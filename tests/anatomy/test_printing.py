@@ -27,6 +27,7 @@ def test_every_file_is_sound_and_as_the_manifest_says(kind, tmp_path):
     parts = write_stl(load_phantom(kind, levels="T11"), tmp_path)
     told = json.loads((tmp_path / "manifest.json").read_text())
     assert {each["file"] for each in told["files"]} == {path.name for path in tmp_path.glob("*.stl")}
+    assert ("pins" in told) == any("pinned" in part.what for part in parts)
     for part in parts:
         vertices, faces = read_mesh("part", tmp_path / part.file)
         check_mesh(part.file, 1e-3 * vertices, faces)

@@ -29,11 +29,16 @@ def scenario() -> Any:
         for name, at in TARGETS.items()
     }
     level = SimpleNamespace(name="T12", z_low=0.0, z_high=0.03)
+    entry = SimpleNamespace(level="T12", height=0.0, offset=0.0, depth=4.9e-3)
+    free = SimpleNamespace(distance=lambda points: (np.ones(len(points)), None))
     phantom = SimpleNamespace(
         name="pretended", kind="printed", structures={"cord": cord}, targets=targets, levels=(level,),
-        entries={"T12": SimpleNamespace(height=0.0, depth=4.9e-3)},
+        entries={"T12": entry}, entry={"T12": entry}.__getitem__, gaps={}, free=lambda: free,
     )  # fmt: skip
-    robot = SimpleNamespace(name="rod", torsion="published", section=SimpleNamespace(L=LENGTH), n_tendons=1)
+    robot = SimpleNamespace(
+        name="rod", torsion="published", section=SimpleNamespace(L=LENGTH), n_tendons=1, length_na=LENGTH,
+        outer_radius=lambda s: np.full(len(s), 7e-4),
+    )  # fmt: skip
     return SimpleNamespace(
         robot=robot, phantom=phantom, tube=OuterTube(), gravity=(-9.81, 0.0, 0.0), outer_radius=7e-4, coupled=True
     )
@@ -41,6 +46,8 @@ def scenario() -> Any:
 
 class PretendSession:
     """What the service asks of a `Session`. fail: the next step raises, as a defect would."""
+
+    can_reset = True
 
     def __init__(self) -> None:
         self.scenario, self.coupled, self.fail, self.closed = scenario(), True, False, False

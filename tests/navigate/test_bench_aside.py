@@ -1,6 +1,7 @@
 """A bench in a process of its own: it follows, stands when nothing is said, recovers, and outlives who steers it."""
 
 import json
+import signal
 import subprocess
 import time
 from dataclasses import replace
@@ -61,7 +62,7 @@ def test_it_is_steered_stands_and_ends_slack(scenario):
 
 def test_a_fault_there_is_told_here_and_acknowledged_and_so_is_its_end(scenario):
     drive = BenchAside(scenario, source(scenario, BLIND), rate=RATE)
-    with pytest.raises(InvalidInput, match="no fault"):
+    with pytest.raises(TendonrodError, match="no fault"):
         drive.acknowledge()
     end = time.monotonic() + PATIENCE
     while time.monotonic() < end and (drive.trouble is None or not drive.trouble.ready):
@@ -73,6 +74,23 @@ def test_a_fault_there_is_told_here_and_acknowledged_and_so_is_its_end(scenario)
     drive._process.wait()
     assert "process has ended, status -9" in session.step(Jog(insertion=1e-3), STEP).blocked
     session.close()
+
+
+def test_a_process_that_says_nothing_is_told(scenario):
+    drive = BenchAside(scenario, source(scenario), rate=RATE)
+    drive._process.send_signal(signal.SIGSTOP)
+    end = time.monotonic() + PATIENCE
+    while time.monotonic() < end and "says nothing" not in drive.fault:
+        time.sleep(STEP)
+    trouble = drive.trouble
+    drive._process.send_signal(signal.SIGCONT)
+    assert trouble is not None
+    assert not trouble.ready
+    while time.monotonic() < end and "says nothing" in drive.fault:
+        time.sleep(STEP)
+    assert "says nothing" not in drive.fault
+    drive.close()
+    assert drive._process.returncode == 0
 
 
 def test_a_bench_that_does_not_open_is_one_error_here(scenario):

@@ -9,7 +9,8 @@ import pytest
 from navigate import round_phantom
 from navigate.pretend import PretendSession
 from navigate.served import PATIENCE, served
-from tendonrod import InvalidInput, anatomy
+from tendonrod import InvalidInput, TendonrodError, anatomy
+from tendonrod.navigate import bench_drive, recovery
 from tendonrod.navigate.bench_drive import BenchDrive
 from tendonrod.navigate.commands import Jog
 from tendonrod.navigate.record import SessionRecord, digest
@@ -125,10 +126,10 @@ def test_a_fault_that_lasts_comes_back_and_moves_nothing(scenario):
 
 def test_without_a_fault_there_is_nothing_to_acknowledge(scenario):
     session = Session(scenario, BenchDrive(scenario, VirtualSource(setup=VirtualSetup(robot=scenario.robot))))
-    with pytest.raises(InvalidInput, match="the bench has no fault"):
+    with pytest.raises(TendonrodError, match="the bench has no fault"):
         session.acknowledge()
     session.close()
-    with pytest.raises(InvalidInput, match="there is no bench"):
+    with pytest.raises(TendonrodError, match="there is no bench"):
         Session(scenario).acknowledge()
 
 
@@ -203,12 +204,31 @@ def test_a_word_for_a_small_fault_does_not_home_after_a_great_one(scenario):
     """The encoder jumps between the operator's word and the loop's next period."""
     session, drive = faulty(scenario, BLIND)
     drive._bench.interlock.trip(FaultKind.ENCODER_JUMP, 3e-3, 5e-4, "translation")
-    before = drive.posture
-    drive._make_ready(False)
+    before, drive._acknowledged = drive.posture, False
+    drive._make_ready()
     steps(session, Jog(), 20)
     assert drive.trouble is not None
     assert drive.trouble.homes
     assert drive.posture.insertion == pytest.approx(before.insertion, abs=1e-3)
+    session.close()
+
+
+def test_a_word_said_twice_is_no_word_for_the_next_fault(scenario, monkeypatch):
+    session, drive = faulty(scenario, BLIND)
+
+    def made_ready(*arguments):
+        drive._acknowledged = True  # as a second click, between two periods
+        recovery.made_ready(*arguments)
+
+    monkeypatch.setattr(bench_drive, "made_ready", made_ready)
+    steps(session, FORWARD, 20)  # so long the cell gives no number
+    session.acknowledge()
+    assert session.trouble is None
+    drive._bench.interlock.trip(FaultKind.ENCODER_JUMP, 3e-3, 5e-4, "translation")
+    steps(session, Jog(), 5)
+    drive._make_ready()
+    assert drive.trouble is not None
+    assert drive.trouble.homes
     session.close()
 
 
@@ -235,6 +255,12 @@ def test_homing_is_told_and_ends_where_somebody_stops_it(scenario):
         time.sleep(0.02)
     drive.halt()  # nothing that it would end: the fault is as it was
     assert settled(drive).homes
+    drive.acknowledge(home=True)
+    drive.halt()  # before the loop's next period, in which it would have begun
+    time.sleep(0.3)
+    waiting = drive.trouble
+    assert waiting is not None
+    assert (waiting.ready, waiting.homes) == (True, True)
     drive.acknowledge(home=True)
     while time.monotonic() < end and not drive._readying:
         time.sleep(0.001)

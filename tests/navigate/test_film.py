@@ -111,3 +111,38 @@ def test_a_replay_that_breaks_off_tells_so_once_it_is_there(clock):
     assert shown(film, clock, 1.5) == pytest.approx(1.5, abs=STEP)
     with pytest.raises(TendonrodError, match="differs"):
         shown(film, clock, 1.0)
+
+
+def test_what_happens_in_a_record_is_told_once_when_it_is_passed_and_again_after_going_back():
+    clock = Clock()
+    film = Film(snapshots(600), span=599 * STEP, speed=8.0, clock=clock)  # the target at 20 mm: within 1 mm after 19
+    told = []
+    for _ in range(100):
+        clock.now += 0.03
+        film.look()
+        told += film.passed()
+    assert [(pytest.approx(at, abs=1.5 * STEP), text) for at, _, text in told] == [
+        (19.0 - STEP, "target lateral-left@T12 is reached")
+    ]
+    film.change(at=1.0, paused=True)
+    film.look()
+    assert film.passed() == []
+    film.change(at=20.0)
+    while film.playing.at > film.playing.known:
+        film.look()
+    film.look()
+    assert list(film.passed()) == told
+
+
+def test_a_film_that_is_computed_too_slowly_says_how_fast_it_goes():
+    clock = Clock()
+    film = Film(snapshots(), span=SPAN, speed=8.0, clock=clock)
+    for _ in range(30):  # at most 20 snapshots a round
+        clock.now += 20 * STEP / 2.0
+        film.look()
+        if film.playing.pace is not None:
+            break
+    assert film.playing.pace == pytest.approx(2.0, rel=0.01)
+    film.change(paused=True)
+    film.look()
+    assert film.playing.pace is None

@@ -1,14 +1,17 @@
 """Metrics of sessions with a known outcome, and the pressure of known forces."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from navigate.round_phantom import round_phantom, scenario
 from tendonrod import solve
+from tendonrod.cli.navigate_script import metrics_page
 from tendonrod.navigate.commands import Jog
-from tendonrod.navigate.metrics import metrics
+from tendonrod.navigate.metrics import metrics, since_start
+from tendonrod.navigate.ranges import SLACK
 from tendonrod.navigate.script import Move, play
 from tendonrod.navigate.session import Session
 from tendonrod.navigate.touch import patch_pressure
@@ -57,9 +60,35 @@ def test_clearance_is_the_smallest_and_says_where():
     assert found.tip == tuple(where.tip)
 
 
+def test_times_are_counted_from_the_first_snapshot():
+    """A record may begin in the middle of a session: its numbers are those of a session of its own."""
+    moves = [Move(duration=3.0, jog=Jog(tension=0.2)), Move(duration=3.0, jog=Jog(insertion=5e-3))]
+    shown = list(play(Session(scenario()), moves, STEP))
+    late = [replace(each, time=each.time + 64.0) for each in shown]  # 64 s: times of 0.1 s lose few bits
+    assert [each.time for each in since_start(late)] == pytest.approx([each.time for each in shown])
+    own, found = metrics(shown), metrics(late)
+    assert found.clearance["cord"].time == pytest.approx(own.clearance["cord"].time)
+    assert [each.time for each in found.targets.values()] == pytest.approx([each.time for each in own.targets.values()])
+    assert list(since_start(shown)) == shown  # nothing is copied where there is nothing to shift
+
+
+@pytest.mark.parametrize(("tension", "on", "has_limit"), [(0.0, "canal", False), (0.15, "cord", True)])
+def test_the_highest_pressure_says_what_it_is_on(tension, on, has_limit):
+    """A straight robot runs into the canal's wall, whose pressure nothing limits; a bent one lies against the cord."""
+    here = scenario()
+    found = measured([(5.0, Jog(tension=tension)), (6.0, Jog(insertion=5e-3))])
+    assert found.pressure is not None
+    assert found.pressed == on
+    assert min(found.clearance, key=lambda name: found.clearance[name].value) == on
+    said = metrics_page(here, "moves.csv", found)
+    assert f"kPa, on the {on}" in said
+    assert ("for which there is no limit" in said) is not has_limit
+    assert measured([(1.0, Jog(insertion=5e-3))], **WIDE).pressed == ""
+
+
 def test_shares_of_time_are_those_of_the_samples():
     found = measured([(1.0, Jog(insertion=5e-3)), (1.0, Jog(tension=0.05)), (2.0, Jog(tension=0.05))], **WIDE)
-    lifted = 0.0666 * 1.067 / 0.05  # s below the lift-off tension, that of the open section with the stiffness EI_y
+    lifted = (0.0666 * 1.067 - SLACK) / 0.05  # s below the lift-off tension: open section, EI_y
     assert found.outside_model == pytest.approx(lifted / 4.0, abs=STEP / 4.0)
     assert found.outside_limits == 0.0
 

@@ -24,7 +24,7 @@ class RefusingSession(PretendSession):
         if not (self.refuses and jog.insertion):
             return super().step(jog, dt)
         last = self.snapshot
-        text = f"not moved further: {REASON}; go back, or another way"
+        text = f"{jog.words()} refused: {REASON}; go back, or another way"
         self.snapshot = replace(last, index=last.index + 1, time=last.time + dt, blocked=text)
         return self.snapshot
 
@@ -84,11 +84,11 @@ def test_a_refused_move_is_told_while_it_lasts_and_leaves_an_event_and_a_mark(ta
     server.session.refuses = True
     tab.page.keyboard.down("w")
     shows(tab, "Refused")
-    tab.until("document.querySelector('#warnings').textContent.startsWith('Refused: there is no equilibrium')")
+    tab.until(f"document.querySelector('#warnings').textContent.startsWith('Insertion refused: {REASON}')")
     tab.page.keyboard.up("w")
     shows(tab, "Live, at rest")
     told = [text for text in events(tab) if REASON in text]
-    assert told == [f"Refused: {REASON}; go back, or another way"]  # once, and not in a double negative
+    assert told == [f"Insertion refused: {REASON}; go back, or another way"]  # once, and not in a double negative
     marks = tab.get("tendonrod.picture.strip.marks.filter(mark => mark.severity === 'limit').map(mark => mark.count)")
     assert marks == [1]
 
@@ -148,7 +148,7 @@ def test_the_bar_goes_to_a_place_and_shows_where_it_is(replay, at):
     assert float(replay.page.input_value("#player-at")) == pytest.approx(at)
 
 
-def test_a_replay_stays_at_its_end_and_its_end_tells_no_target_of_the_record_as_reached(replay, server):
+def test_a_replay_tells_the_record_s_own_events_at_their_time_and_its_end_none_of_them(replay, server):
     before = events(replay)
     replay.page.fill("#player-at", str(SPAN))
     replay.until("tendonrod.state.replay.paused && tendonrod.state.reached.length === 1")
@@ -159,7 +159,12 @@ def test_a_replay_stays_at_its_end_and_its_end_tells_no_target_of_the_record_as_
     assert not replay.page.is_visible("#player")
     replay.page.wait_for_timeout(300)
     new = events(replay)[: len(events(replay)) - len(before)]
-    assert new == ["Back to the live session"]
+    assert new == ["Back to the live session", "Lateral left T12 reached"]
+    stamps = replay.get("[...document.querySelectorAll('#events time')].map(one => one.textContent)")
+    minutes, seconds = stamps[1].lstrip("▸").split(":")
+    assert stamps[1].startswith("▸")
+    assert 60 * int(minutes) + float(seconds) == pytest.approx(9.5, abs=0.15)  # 19 mm out at 2 mm/s: within 1 mm of it
+    assert not stamps[0].startswith("▸")
 
 
 def test_who_only_watches_a_replay_cannot_handle_it(browser, server, replay):
@@ -232,3 +237,69 @@ def test_a_fault_of_the_bench_is_shown_to_all_and_acknowledged_by_who_has_contro
     tab.page.click("#acknowledge")
     tab.until("document.querySelector('#fault').hidden")
     assert server.session.acknowledged[-1] is homes
+
+
+def test_a_page_that_comes_later_shows_the_last_events_and_the_last_minute(browser, server, tab):
+    tab.page.keyboard.down("w")
+    tab.until("tendonrod.state.insertion > 0.02")
+    tab.page.keyboard.up("w")
+    tab.until("tendonrod.picture.strip.samples.length > 5")
+    server.service.event("info", "dust was seen")
+    tab.until("document.querySelector('#events').textContent.includes('Dust was seen')")
+    other = Tab(browser, server.url)
+    assert "Dust was seen" in other.text("#events")
+    assert max(other.get("tendonrod.picture.strip.samples.map(one => one.insertion)")) >= 1.0  # mm
+    tops = other.get("tendonrod.picture.strip.samples.map(one => one.now)")
+    assert tops == sorted(tops)
+    listed = events(other).count("Dust was seen")
+    other.get("tendonrod.drop()")
+    other.until("tendonrod.connected")
+    other.page.wait_for_timeout(200)
+    assert events(other).count("Dust was seen") == listed == 1  # what it has heard itself is not told again
+    other.context.close()
+
+
+def test_the_outer_tube_can_be_put_back_to_where_the_session_began_and_says_its_ranges_in_the_form_s_units(tab):
+    begun = tab.get("tendonrod.scene.tube")
+    tab.page.click("#place")
+    tab.page.fill("#place-height", "999")
+    tab.page.click("#place-go")
+    assert tab.text("#place-error") == "The height must be from −200 to 800 mm."
+    tab.page.fill("#place-height", "12")
+    tab.page.fill("#place-tilt", "5")
+    tab.page.click("#place-go")
+    tab.until("tendonrod.state.tube.height === 0.012 && !document.querySelector('dialog[open]')")
+    tab.page.click("#place")
+    tab.page.select_option("#place-level", "T12")
+    values = tab.get("[...document.querySelectorAll('#place-form input')].map(field => field.valueAsNumber)")
+    assert values == pytest.approx([0.0, 1.5, 4.9, 22.0, 8.0])  # `default_tube` in the window of the level
+    tab.page.select_option("#place-level", "where the session began")
+    tab.page.click("#place-go")
+    tab.until("!document.querySelector('dialog[open]')")
+    assert tab.get("tendonrod.state.tube") == pytest.approx(begun, abs=1e-5)
+
+
+def test_a_bench_has_no_reset(browser, tmp_path):
+    session = PretendSession()
+    session.can_reset = False
+    with served(session, tmp_path) as server:
+        tab = Tab(browser, server.url)
+        tab.take()
+        tab.until("!document.querySelector('#place').disabled")
+        assert tab.page.is_disabled("#reset")
+        assert "retract the robot" in str(tab.page.get_attribute("#reset", "title"))
+        tab.context.close()
+
+
+def test_the_hint_shows_one_step_where_there_is_little_room_and_the_next_once_it_is_done(browser, server):
+    tab = Tab(browser, server.url)
+    shown = "[...document.querySelectorAll('#hint li')].filter(one => one.offsetParent).map(one => one.innerText)"
+    tab.until(f"{shown}.length === 1")
+    assert tab.get(shown) == ["Take control."]
+    server.service.stop()
+    server.service.leave(str(server.service.seat.holder), "gone")
+    tab.take()
+    tab.until(f"{shown}[0].startsWith('Hold E to pull')")
+    tab.page.set_viewport_size({"width": 1500, "height": 1000})
+    tab.until(f"{shown}.length > 3")
+    tab.context.close()

@@ -89,6 +89,8 @@ def test_files_are_beside_the_scene(scene, asked, tmp_path):
         ("gravity_m_per_s2 = [0, 1]\n", "gravity_m_per_s2 = .*: must be a vector of 3"),
         ("[limits]\ntension_n = -1\n", r"scene.toml: limits.tension_n = -1\.0: must be > 0"),
         ("[tube]\ndepth_mm = 4.2\n", "the nearest, cord, is 0.2 mm away"),
+        ("[tube]\ndepth_mm = 3.5\n", "from every wall; it lies 0.5 mm inside the nearest wall, cord$"),
+        ("[tube]\ndepth_mm = 7.8\n", "from every wall; it lies 0.5 mm inside the nearest wall, canal$"),
         ("robot = \n", "scene.toml, line 1"),
         ("robot = 'nobody'\n", "robot = 'nobody'"),
     ],

@@ -132,6 +132,19 @@ def test_what_needs_no_words_takes_no_body(server, script):
         assert script.post(f"/api/{path}").status_code == status, path
 
 
+def test_the_answer_to_a_change_is_the_state_after_it(script):
+    for k in range(20):
+        height = 0.02 + 1e-3 * k
+        assert script.post("/api/place", json={"height": height}).json()["tube"]["height"] == pytest.approx(height)
+
+
+def test_a_script_needs_no_name(web, script):
+    web.post("/api/release", headers=dict(script.headers)).raise_for_status()
+    answer = web.post("/api/take")
+    assert answer.json()["operator"].startswith("script-")
+    web.post("/api/release", headers={"X-Key": answer.json()["key"]}).raise_for_status()
+
+
 def test_rates_are_changed_one_by_one(server, script):
     before = script.post("/api/rates", json={}).json()["rates"]
     found = script.post("/api/rates", json={"rotation": 0.25}).json()["rates"]

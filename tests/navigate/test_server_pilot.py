@@ -1,12 +1,16 @@
 """The pilot on a clock that the test turns: what moves, for how long, and what stops it."""
 
+from math import radians
+from threading import Event
+
 import pytest
 
 from navigate.pretend import PretendSession
 from tendonrod.errors import InvalidInput
 from tendonrod.navigate.commands import Jog
 from tendonrod.navigate.dead_man import DEADLINE
-from tendonrod.navigate.pilot import LONGEST, MOST_REQUESTS, PERIOD, STILL, Pilot
+from tendonrod.navigate.mechanics import STRIDE
+from tendonrod.navigate.pilot import LONGEST, MOST_REQUESTS, PERIOD, STILL, STRIDES, Pilot
 
 IN = Jog(insertion=1e-3)
 
@@ -89,6 +93,21 @@ def test_a_slow_step_does_not_lead_to_a_longer_motion(bridge):
         bridge.pilot.tick()
         bridge.now += 0.01
     assert len(bridge.session.moved) == 1
+
+
+def test_a_fast_motion_is_slower_rather_than_its_steps_longer_than_their_period(bridge):
+    fast = Jog(rotation=radians(360.0))
+    bridge.run(1.0, fast)
+    most = max(seconds * fast.rotation for _, seconds in bridge.session.moved)
+    assert most == pytest.approx(STRIDES * STRIDE["rotation"])
+
+
+def test_compiled_code_is_loaded_before_the_first_command(bridge, monkeypatch):
+    begun = Event()
+    monkeypatch.setattr(bridge.session, "rehearse", begun.set)
+    bridge.pilot.start()
+    assert begun.wait(10.0)
+    bridge.pilot.close()
 
 
 def test_letting_go_stops_at_once(bridge):

@@ -15,6 +15,7 @@ import pytest
 from websockets.sync.client import connect
 
 from navigate.served import Page, served
+from tendonrod.navigate.addresses import own_addresses
 from tendonrod.navigate.replay import replay
 from tendonrod.navigate.scenario import load_scenario
 from tendonrod.navigate.session import Session
@@ -96,6 +97,10 @@ def test_an_interrupt_ends_it_cleanly_and_the_record_is_named(tmp_path):
 def test_beyond_this_machine_a_token_is_asked_for_and_a_termination_is_clean_too(tmp_path):
     with navigating(tmp_path, "--host", "0.0.0.0") as (process, url):
         assert "?token=" in url
+        for own in own_addresses():
+            elsewhere = url.replace("127.0.0.1", own)
+            assert f"from another machine {elsewhere}\n" == process.stdout.readline()
+            assert httpx.get(elsewhere).status_code == 200
         assert httpx.get(url).status_code == 200
         assert httpx.get(url.partition("?")[0]).status_code == 401
         process.terminate()
@@ -132,6 +137,18 @@ def test_a_taken_port_is_named(refused, tmp_path):
 def test_bad_options_are_named_in_one_line(refused, tmp_path, options, named):
     assert named in refused(
         "navigate", *options, "--output", tmp_path, *([] if "--port" in options else ["--port", "0"])
+    )
+
+
+def test_a_bench_file_is_read_before_the_phantom_is_built(refused, tmp_path, monkeypatch):
+    monkeypatch.setattr("tendonrod.navigate.scenariofile.read_scenario", lambda *_, **__: pytest.fail("built"))
+    options = ("navigate", "--no-browser", "--port", "0", "--output", tmp_path, "--bench")
+    assert "--bench = " in refused(*options, tmp_path / "nope.toml")
+    (tmp_path / "b.toml").write_text(
+        '[bench]\nkind = "virtual"\n[[fault]]\nkind = "cell dropout"\ntime_s = 1\nat_s = 1\n'
+    )
+    assert "fault[0].at_s = 1: must be one of the keys of [fault[0]]: kind, time_s" in refused(
+        *options, tmp_path / "b.toml"
     )
 
 

@@ -11,6 +11,8 @@ from websockets.exceptions import ConnectionClosed
 from navigate.pretend import LENGTH, PretendSession
 from navigate.served import eventually, served
 from tendonrod.navigate import hub
+from tendonrod.navigate.recovery import Trouble
+from tendonrod.navigate.service import Refused, Service
 
 
 @pytest.fixture
@@ -71,6 +73,42 @@ def test_a_stop_by_somebody_else_holds_though_the_key_stays_down(server):
     assert "nobody has control" in page.wait("error")["text"]
     assert len(server.session.moved) == moved
     page.take()
+
+
+def homing():
+    """A service at rest whose session can be acknowledged, steered by "page"; its pilot runs by `tick` alone."""
+    session = PretendSession()
+    session.trouble = Trouble(text="the bench stopped", remedy="acknowledge and home", ready=True, homes=True)
+    service = Service(session)
+    service.take("page")
+    return session, service
+
+
+def test_what_waits_for_a_step_to_end_is_dropped_by_a_stop():
+    session, service = homing()
+    waiting = [service.acknowledge("page", True), service.reset("page")]
+    service.stopped_by("watcher")
+    service.pilot.tick()
+    for each in waiting:
+        with pytest.raises(Refused, match="stopped before"):
+            each.result(0)
+    assert session.acknowledged == []
+
+
+def test_a_stop_while_a_homing_is_begun_comes_after_it(monkeypatch):
+    session, service = homing()
+    real, order = session.acknowledge, []
+
+    def acknowledge(home):
+        service.stopped_by("watcher")
+        order.append("home")
+        real(home)
+
+    monkeypatch.setattr(session, "acknowledge", acknowledge)
+    monkeypatch.setattr(session, "halt", lambda: order.append("halt"))
+    service.acknowledge("page", True)
+    service.pilot.tick()
+    assert order == ["halt", "home", "halt"]
 
 
 @pytest.mark.parametrize("what", ["stop", "reset", "coupling", "nonsense"])

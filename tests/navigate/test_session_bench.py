@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 
 from navigate import round_phantom
-from tendonrod import InvalidInput, anatomy
+from tendonrod import InvalidInput, TendonrodError, anatomy
 from tendonrod.navigate import bench_drive
 from tendonrod.navigate.bench_drive import BenchDrive
 from tendonrod.navigate.commands import Jog
@@ -88,8 +88,9 @@ def test_a_fault_stops_the_session_and_is_told(scenario):
 
 def test_a_bench_is_not_reset_by_a_word(scenario):
     session = on_bench(scenario)
-    with pytest.raises(InvalidInput, match="reset = asked for: must be left alone with a real drive"):
+    with pytest.raises(TendonrodError, match=r"^on a bench the robot cannot be retracted at once: drive it back"):
         session.reset()
+    assert not session.can_reset
     session.close()
     session.close()
 

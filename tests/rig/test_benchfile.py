@@ -202,6 +202,11 @@ rotation_deg = [0, 0, 180]
         (VIRTUAL + "[outer_tube]\ntilt_deg = [1]\n", ": outer_tube.tilt_deg = [1.0]: must be a vector of 2 finite"),
         (VIRTUAL + "[tracker]\ndelay_ms = [2, 1]\n", ": tracker.delay_ms = [2.0, 1.0]: must be two times"),
         (VIRTUAL + "[limits]\nslack_n = 2\n", ": limits.slack_n = 2.0: must be below soft * tension = 0.9"),
+        (VIRTUAL + "[limits]\ntension_n = 50\n", ": limits.tension_n = 50.0: must be below 21.8 N, 98 % of the load"),
+        (
+            VIRTUAL + "[load_cell]\nfull_scale_n = 2\n[limits]\ntension_n = 2\n",
+            ": limits.tension_n = 2.0: must be below 1.96",
+        ),
         (VIRTUAL + "[limits]\nlate_in_row = 0.5\n", ": limits.late_in_row = 0.5: must be a whole number"),
         (VIRTUAL + "[limits]\nscrew_travel_mm = [1, 0]\n", ": limits.screw_travel_mm = [1.0, 0.0]: must be its low"),
         (VIRTUAL + '[[fault]]\nkind = "boo"\ntime_s = 1\n', ": fault[0].kind = 'boo': must be one of load cell gives"),
@@ -217,6 +222,14 @@ rotation_deg = [0, 0, 180]
             VIRTUAL + '[[fault]]\nkind = "encoder jumps"\nwhere = "rotation"\ntime_s = 1\n',
             ": fault[0].value_deg = missing: must be given for encoder jumps",
         ),
+        *(
+            (
+                VIRTUAL + f'[[fault]]\nkind = "cell dropout"\n{time}at_s = 1\n',
+                ": fault[0].at_s = 1: must be one of the keys of [fault[0]]: kind, time_s, ",
+            )
+            for time in ("time_s = 2\n", "")
+        ),
+        (DEVICES + '[[tool]]\nname = "tip"\nsize = 1\n', ": tool[0].size = 1: must be one of the keys of [tool[0]]: "),
         ('[bench]\nkind = "devices"\n', ": launchpad = missing: must be given"),
         (DEVICES + "tare_readings = -1\n", ": load_cell.tare_readings = -1: must be a whole number from 0"),
         (DEVICES + "[tendon]\nfriction = 1\n", ": tendon = {'friction': 1}: must be one of the keys at the top"),

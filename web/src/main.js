@@ -46,7 +46,7 @@ function stop(reason) {
 }
 
 function onHalt(reason, wasMoving) {
-  if (wasMoving) picture.events.add(`${reason}: stopped.`, "warning", store.state?.time);
+  if (wasMoving) picture.events.add(`${reason}: stopped.`, "warning", store.time);
 }
 
 guard({ halt, stop });

@@ -26,7 +26,7 @@ export class Picture {
     this.stage = makeStage((rate) => this.admitSlow(rate));
     this.anatomy = this.stage?.anatomy ?? new Anatomy();
     this.strip = new Strip(byId("strip"));
-    this.events = new Events(byId("events"), (severity, text) => this.strip.mark(severity, seconds(), text));
+    this.events = new Events(byId("events"), (severity, text, ago) => this.strip.mark(severity, seconds() - ago, text));
     this.compass = new Compass(byId("compass"));
     this.gauges = new Gauges(byId("gauges"));
     this.warnings = new Warnings(byId("banner"), byId("warnings"));
@@ -40,23 +40,46 @@ export class Picture {
   }
 
   listen() {
-    this.store.on("welcome", (message) => this.build(message.scene));
+    this.store.on("welcome", (message) => this.welcome(message));
     this.store.on("state", (state) => this.take(state));
     this.store.on("event", (event) => this.tell(event));
-    this.store.on("error", (error) => this.events.add(error.text, "warning", this.store.state?.time));
-    this.store.on("connection", () => this.touch());
+    this.store.on("error", (error) => this.events.add(error.text, "warning", this.store.time));
+    this.store.on("connection", (isConnected) => this.connect(isConnected));
   }
 
-  tell({ text, severity, time }) {
-    if (LATE.test(text) && this.store.control.you) this.stage?.giveWay();
+  welcome({ scene, past }) {
+    this.build(scene);
+    this.recall(past);
+  }
+
+  connect(isConnected) {
+    if (!isConnected) this.lost ??= seconds();
+    this.touch();
+  }
+
+  /** What was told and shown while this page was not there, or not connected. */
+  recall(past) {
+    const missed = this.lost === undefined ? Infinity : seconds() - this.lost;
+    this.lost = undefined;
+    this.strip.recall(past, seconds(), missed);
+    for (const event of past.events) if (event.ago < missed) this.list(event);
+  }
+
+  tell(event) {
+    if (LATE.test(event.text) && this.store.control.you) this.stage?.giveWay();
+    this.list(event);
+  }
+
+  list({ text, severity, time, record, ago }) {
     const [, name] = text.match(REACHED) ?? [];
-    if (name) this.events.add(`${placeOf(name)} ${name.split("@")[1]} reached`, "good", time);
-    else this.events.add(this.named(text), severity, time);
+    const about = { ago, inRecord: record };
+    if (name) this.events.add(`${placeOf(name)} ${name.split("@")[1]} reached`, "good", time, about);
+    else this.events.add(this.named(text), severity, time, about);
   }
 
   /** Our own name, such as page-3, says nothing to who sits here. */
   named(text) {
-    return text.replaceAll(new RegExp(`\\b${this.store.client}\\b`, "g"), "This page");
+    return text.replaceAll(new RegExp(`\\b${this.store.client}\\b`, "g"), "this page");
   }
 
   async build(scene) {
@@ -82,7 +105,7 @@ export class Picture {
   /** Said once: who drives must not take a slow picture for a slow robot. */
   admitSlow(rate) {
     const text = `This browser draws slowly (${Math.max(1, Math.round(rate))} frames/s): the picture is coarser for it, the controls do not wait for it`;
-    this.events.add(text, "info", this.store.state?.time);
+    this.events.add(text, "info", this.store.time);
   }
 
   choose(name) {

@@ -10,6 +10,8 @@ export class Store {
     this.rates = null;
     this.allowedRates = null;
     this.coupled = true;
+    this.canReset = true;
+    this.time = null; // s, of the live session
     this.control = NOBODY;
     this.state = null;
     this.stateCount = 0;
@@ -34,6 +36,7 @@ export class Store {
       this.isStill = isSame(this.state, message);
       this.state = message;
       this.stateCount += 1;
+      if (message.mode === "live") this.time = message.time;
     }
     this.emit(message.type, message);
   }
@@ -44,6 +47,8 @@ export class Store {
     this.rates = message.rates;
     this.allowedRates = message.allowed_rates;
     this.coupled = message.coupled ?? true;
+    this.allowedTube = message.allowed_tube;
+    this.canReset = message.can_reset;
   }
 
   setConnected(connected) {

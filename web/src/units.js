@@ -59,9 +59,6 @@ export function nearestOf({ targets, reached }) {
   return open.reduce((best, name) => (best === undefined || targets[name] < targets[best] ? name : best), undefined);
 }
 
-/** Why a move was refused, without the words that it was. */
-export const reasonOf = (blocked) => blocked.replace(/^not moved further: /, "");
-
 /** Minutes, seconds and tenths of a session's clock. */
 export function clock(seconds) {
   const minutes = Math.floor(seconds / 60);

@@ -90,7 +90,8 @@ def entry(column: Column, level: str) -> Entry:
     z, height, width = column.window(level)
     inner, canal = column.inner([z]), column.canal([z])
     depth = 0.5 * float(inner.dorsal[0] + canal.dorsal[0])
-    return Entry(level=level, height=z, depth=depth, offset=float(canal.middle[0, 1]), window=(height, width))
+    offset = float(canal.middle[0, 1]) + 0.0  # no -0
+    return Entry(level=level, height=z, depth=depth, offset=offset, window=(height, width))
 
 
 def gaps(column: Column, level: str) -> Mapping[str, float]:

@@ -5,8 +5,10 @@ from __future__ import annotations
 import hashlib
 import os
 import sys
+import threading
+from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import numpy as np
@@ -21,6 +23,8 @@ MOST_NODES = 30_000_000  # 240 MB
 ASIDE = np.array([0.0, 0.4142e-3, 0.2718e-3])  # of the spacing: no ray runs along an edge of a mesh with round numbers
 SLAB = 4  # layers of nodes that one thread fills at a time
 VERSION = 4  # of what a cached file holds
+NOTICE = "tendonrod: computing the distances to a mesh of {} triangles, some seconds; they are kept for the next time"
+PATIENCE = 1.0  # s of work before it is told
 
 
 class OpenGrid(DistanceGrid):
@@ -63,13 +67,26 @@ def distance_grid(vertices, faces, low, high, spacing: float = SPACING, caps=Non
     cached = _cache_file(triangles, np.arange(len(triangles))[walls], low, spacing, shape)
     values = _read(cached, shape)
     if values is None:
-        values = _signed(triangles, walls, low, spacing, shape).astype(np.float32)
+        with _told(len(triangles)):
+            values = _signed(triangles, walls, low, spacing, shape).astype(np.float32)
         if caps is not None:
             values = _prolonged(
                 values, (triangles[:, :, 2].min() - low[2]) / spacing, (triangles[:, :, 2].max() - low[2]) / spacing
             )
         _write(cached, values)
     return OpenGrid(origin=low, spacing=spacing, values=(1.0 if caps is None else -1.0) * values.astype(float))
+
+
+@contextmanager
+def _told(triangles: int) -> Iterator[None]:
+    """Says on standard error what is worked on, where that takes long."""
+    notice = threading.Timer(PATIENCE, print, [NOTICE.format(triangles)], {"file": sys.stderr, "flush": True})
+    notice.daemon = True
+    notice.start()
+    try:
+        yield
+    finally:
+        notice.cancel()
 
 
 def _signed(triangles: np.ndarray, walls, low: np.ndarray, spacing: float, shape: tuple[int, ...]) -> np.ndarray:

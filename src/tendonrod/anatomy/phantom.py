@@ -195,22 +195,22 @@ class Phantom:
         walls = {name: each.surface for name, each in self.structures.items() if each.is_wall and each.surface}
         return min(walls, key=lambda name: float(walls[name].distance(at[None])[0][0]))
 
-    def check_robot(self, outer_radius: float) -> None:
+    def check_robot(self, outer_radius: float, name: str = "") -> None:
         """Raises `InvalidInput` where a tube of ``outer_radius`` (m) fits into no gap beside the cord, or dura.
 
         It must fit dorsally at some level, where it enters, and beside at some level; among meshes, at some target.
+        name: the robot's, for the error.
         """
         width = 2.0 * positive("outer_radius", outer_radius)
+        tube = Fact(f"{name}{', ' if name else ''}a tube of {1e3 * width:.3f} mm")
         gaps = [(each[side], side, level) for level, each in self.gaps.items() for side in ("dorsal", "left", "right")]
         for sides in (("dorsal",), ("left", "right")):
             widest = max((each for each in gaps if each[1] in sides), default=None)
             if widest is not None and widest[0] <= width:
-                raise _too_narrow(self, width, "dorsal" if "dorsal" in sides else "lateral", widest[0], widest[2])
+                raise _too_narrow(self, tube, "dorsal" if "dorsal" in sides else "lateral", widest[0], widest[2])
         blocked = self.unreachable(outer_radius)
         if self.targets and len(blocked) == len(self.targets):
-            raise InvalidInput(
-                "robot", Fact(f"a tube of {1e3 * width:.3f} mm"), f"thinner: {next(iter(blocked.values()))}"
-            )
+            raise InvalidInput("robot", tube, f"thinner: {next(iter(blocked.values()))}")
 
     def unreachable(self, outer_radius: float) -> dict[str, str]:
         """Targets that a tube of ``outer_radius`` (m) cannot reach for want of room, each with a sentence that says so.
@@ -229,10 +229,10 @@ class Phantom:
         return found
 
 
-def _too_narrow(phantom: Phantom, width: float, side: str, gap: float, level: str) -> InvalidInput:
+def _too_narrow(phantom: Phantom, tube: Fact, side: str, gap: float, level: str) -> InvalidInput:
     inner = "dura" if "dura" in phantom.structures else "cord"
     allowed = (
         f"thinner than the gap: the widest {side} gap between {inner} and canal in {phantom.name} is "
         f"{1e3 * gap:.3f} mm, at {level}; take a thinner robot or a wider phantom"
     )
-    return InvalidInput("robot", Fact(f"a tube of {1e3 * width:.3f} mm"), allowed)
+    return InvalidInput("robot", tube, allowed)

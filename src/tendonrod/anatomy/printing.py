@@ -81,13 +81,14 @@ def _written(folder: Path, phantom: Phantom, name: str, what: str, vertices, fac
 
 
 def _manifest(phantom: Phantom, plate: float, parts: tuple[Part, ...]) -> dict:
+    pins = {"pins": "2 mm, through the holes at the corners"} if phantom.kind == "printed" else {}
     return {
         "phantom": phantom.name,
         "kind": phantom.kind,
         "unit": "mm",
         "frame": "x dorsal, y the patient's right, z cranial; origin on the axis of the cord",
         "plate_mm": MM * plate,
-        "pins": "2 mm, through the holes at the corners",
+        **pins,
         "levels": [{"name": e.name, "z_low_mm": MM * e.z_low, "z_high_mm": MM * e.z_high} for e in phantom.levels],
         "targets": [{"name": e.name, "position_mm": [MM * x for x in e.position]} for e in phantom.targets.values()],
         "files": [asdict(part) for part in parts],

@@ -119,7 +119,7 @@ def _summary(plan: Plan) -> str:
     ]
     rows = [
         ("tension", f"{' '.join(terms)} N", "least squares"),
-        ("tip rmse", f"{1e3 * plan.tip_rmse:.5f} mm", "to the curve"),
+        ("tip rmse", f"{1e3 * plan.tip_rmse:.5f} mm", "by projection"),
         ("", f"{1e3 * plan.tip_rmse_at_progress:.5f} mm", "to the reference at p"),
     ]
     if plan.freedom == "paper":

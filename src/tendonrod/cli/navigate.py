@@ -15,6 +15,7 @@ from .arguments import Json, in_words, whole
 if TYPE_CHECKING:
     from ..navigate.drive import Drive
     from ..navigate.scenario import Scenario
+    from ..rig.benchfile import BenchFile
 
 PORT = "8420"
 LOOPBACK = "127.0.0.1"
@@ -72,7 +73,7 @@ def navigate(
     _check(script, headless, json)
     number = whole("--port", port, 0, 65535)
     made = _maker(scene, phantom=phantom, levels=levels, entry=entry, robot=robot, torsion=torsion)
-    driven = partial(_driven, bench, headless)
+    driven = partial(_driven, _bench_file(bench), headless)  # read before the phantom is built, which takes its time
     if script is not None:
         from .navigate_script import run_script
 
@@ -103,18 +104,25 @@ def _maker(scene: str | None, **options: str | None) -> Callable[[], Scenario]:
     return made
 
 
-def _driven(bench: str | None, headless: bool, scenario: Scenario) -> Drive | None:
+def _bench_file(bench: str | None) -> BenchFile | None:
+    """None where none was asked for."""
+    if bench is None:
+        return None
+    from ..rig.benchfile import default_bench, read_bench
+
+    return default_bench() if bench == VIRTUAL else read_bench(bench, "--bench")
+
+
+def _driven(file: BenchFile | None, headless: bool, scenario: Scenario) -> Drive | None:
     """The bench that was asked for, None for none; it stands as the outer tube does, so gravity pulls as there.
 
     A virtual one runs in real time under the page, and as fast as it can under a script.
     """
-    if bench is None:
+    if file is None:
         return None
     from ..navigate.bench_aside import BenchAside
     from ..navigate.bench_drive import BenchDrive
-    from ..rig.benchfile import default_bench, read_bench
 
-    file = default_bench() if bench == VIRTUAL else read_bench(bench, "--bench")
     gx, gy, gz = (scenario.tube.pose[:3, :3].T @ scenario.gravity).tolist()
     source = file.source(scenario.robot, (gx, gy, gz), file.is_virtual and not headless)
     if file.is_virtual and headless:
@@ -139,7 +147,7 @@ def _serve(
     door = Door.at(host, at.getsockname()[1])
 
     def ready() -> None:
-        out.say(f"open {door.url}")
+        out.say("\n".join([f"open {door.url}", *(f"from another machine {each}" for each in door.urls_elsewhere)]))
         where = "nothing is recorded" if service.record is None else f"the session is recorded in {service.record}"
         out.note(f"{where}; Ctrl-C here ends it")
         if door.token is not None:

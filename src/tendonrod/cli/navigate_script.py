@@ -48,26 +48,26 @@ def run_script(
         out.say_json(values)
     else:
         out.say(metrics_page(scenario, script, found))
-    out.warn([f"refused: {each}" for each in refused])
+    out.warn([f"at {time:.2f} s {each}" for each, time in refused.items()])
 
 
-def _played(session: Session, moves: Sequence[Move]) -> tuple[Metrics, list[str]]:
-    """Metrics, and what was refused, each reason once."""
+def _played(session: Session, moves: Sequence[Move]) -> tuple[Metrics, dict[str, float]]:
+    """Metrics, and what was refused, each sentence once, with the time (s) when it first was."""
     from ..navigate.metrics import metrics
     from ..navigate.script import play
 
-    refused: dict[str, None] = {}
+    refused: dict[str, float] = {}
     total = sum(move.duration for move in moves)
 
     def watched() -> Iterator[Snapshot]:
         for snapshot in play(session, moves):
             watch(snapshot.time, total)
             if snapshot.blocked:
-                refused[snapshot.blocked] = None
+                refused.setdefault(snapshot.blocked, snapshot.time)
             yield snapshot
 
     with out.progress_bar("navigating") as watch:
-        return metrics(watched()), list(refused)
+        return metrics(watched()), refused
 
 
 def _write(path: Path, values: dict[str, Any]) -> None:
@@ -81,11 +81,17 @@ def _write(path: Path, values: dict[str, Any]) -> None:
 
 def metrics_page(scenario: Scenario, script: str, found: Metrics) -> str:
     head = f"{scenario.robot.name}, torsion {scenario.robot.torsion}, in {scenario.phantom.name}: {script}"
-    parts = [out.heading(head), out.table(("", "", ""), _rows(found), words=(0, 2)), _targets(scenario, found)]
+    parts = [
+        out.heading(head),
+        out.table(("", "", ""), _rows(scenario, found), words=(0, 2)),
+        _targets(scenario, found),
+    ]
     return "\n\n".join(parts)
 
 
-def _rows(found: Metrics) -> list[tuple[str, str, str]]:
+def _rows(scenario: Scenario, found: Metrics) -> list[tuple[str, str, str]]:
+    from ..navigate.touch import SOFT
+
     rows = [
         ("time", f"{found.duration:.2f}", "s"),
         ("path of the tip", f"{1e3 * found.path:.2f}", "mm"),
@@ -95,7 +101,9 @@ def _rows(found: Metrics) -> list[tuple[str, str, str]]:
         where = f"mm, at {each.time:.2f} s, {1e3 * each.s:.1f} mm from the exit"
         rows.append((f"clearance to {name}", out.fixed(1e3 * each.value, 3), where))
     if found.pressure is not None:
-        rows.append(("peak pressure", f"{1e-3 * found.pressure.value:.3f}", f"kPa, at {found.pressure.time:.2f} s"))
+        hard = "" if scenario.phantom.structures[found.pressed].role in SOFT else ", for which there is no limit"
+        where = f"kPa, on the {found.pressed}{hard}, at {found.pressure.time:.2f} s"
+        rows.append(("peak pressure", f"{1e-3 * found.pressure.value:.3f}", where))
     rows.append(("contact force", f"{1e3 * found.force:.3f}", "mN, at most at one place"))
     if found.follow_the_leader_rms == found.follow_the_leader_rms:
         most = f"mm rms, {1e3 * found.follow_the_leader_max:.3f} mm at most"

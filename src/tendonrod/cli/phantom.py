@@ -69,7 +69,7 @@ def _fitting(found: Phantom, source: str) -> Robot:
 
     with in_words({"robot": "--robot"}):
         chosen = load_robot(source)
-        found.check_robot(_radius(chosen))
+        found.check_robot(_radius(chosen), chosen.name)
     return chosen
 
 
@@ -147,7 +147,7 @@ def _described(found: Phantom) -> dict[str, Any]:
                 "name": each.name,
                 "level": each.level,
                 "side": each.side,
-                "position": list(each.position),
+                "position": [x + 0.0 for x in each.position],  # no -0
                 "tolerance": each.tolerance,
                 "room": room(found, each.position),
                 "description": each.description,
@@ -178,7 +178,8 @@ def _numbers(found: Phantom) -> dict[str, dict[str, float]]:
 
 def _page(found: Phantom) -> str:
     ends = dict.fromkeys(found.levels[i].name for i in (0, -1)) if found.levels else [f"{len(found.structures)} files"]
-    blocks = [output.heading(f"{found.name}: {found.kind}, {' to '.join(ends)}")]
+    what = f"{found.kind} phantom" if found.name == found.kind else f"{found.name}: {found.kind}"
+    blocks = [output.heading(f"{what}, {' to '.join(ends)}")]
     if found.gaps:
         blocks.append(_level_table(found))
     blocks.append(_target_table(found))

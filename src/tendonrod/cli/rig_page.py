@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from ..rig.trials import Followed, Performed
 
 _LEGEND = (
-    "To the curve: rms distance of the tracked tip from the reference, the whole robot's\n"
+    "By projection: rms distance of the tracked tip from the reference, the whole robot's\n"
     "tube axis at the target; at insertion: from its point at the same insertion. The\n"
     "paper does not say which it means. Tension: error of the loop while inserting."
 )
@@ -76,7 +76,7 @@ def title(source: BenchSource, *more: str) -> str:
 
 def followed_page(found: Sequence[Followed], ways: Sequence[Inserted], source: BenchSource) -> str:
     """Follow-the-leader trials beside the paper's."""
-    columns = ["trial\n", "seed\n", "ended\n", "bench\ns", "to the\ncurve mm", "at inser-\ntion mm"]
+    columns = ["trial\n", "seed\n", "ended\n", "bench\ns", "by projec-\ntion mm", "at inser-\ntion mm"]
     columns += ["tension\nrms mN", "tension\nmax mN", "poses\n", "lost\n"]
     rows = []
     for k, (each, way) in enumerate(zip(found, ways, strict=True), 1):

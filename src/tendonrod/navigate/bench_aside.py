@@ -11,14 +11,15 @@ import sys
 import threading
 import time
 from contextlib import suppress
+from dataclasses import replace
 from types import MappingProxyType
 from typing import Any
 
-from ..errors import TendonrodError
-from ..rig.benches import BenchSource, as_source
+from ..errors import TendonrodError, positive
+from ..rig.benches import BenchSource, VirtualSource, as_source
 from ..rig.trials import RATE
 from .bench_drive import check_same
-from .bench_process import Start
+from .bench_process import TOLD_EVERY, Start
 from .commands import Jog, Posture
 from .dead_man import GRACE
 from .recovery import END, Trouble, check_acknowledged
@@ -26,6 +27,10 @@ from .scenario import Scenario
 
 PROGRAM = (sys.executable, "-m", "tendonrod.navigate.bench_process")
 LONGEST_END = 60.0  # s, for letting the tendon go and closing the devices
+AHEAD = 0.4  # of a control period: a period that ends later than that takes no longer by a virtual bench's clock
+LONGEST_WORD = 0.3  # s, for the word of an operator to be heard
+SILENT = 1.0  # s, after which what was measured last says nothing about now
+WAIT = "wait, what is shown is old; if it lasts, end this program and start it again: the tendon is then let go"
 
 
 class BenchAside:
@@ -40,10 +45,10 @@ class BenchAside:
     def __init__(
         self, scenario: Scenario, source: BenchSource, *, seed: int = 0, rate: float = RATE, paced: bool = False
     ) -> None:
-        source = as_source(source)
+        source = _patient(as_source(source), rate)
         check_same(scenario, source)
         self._coupled, self._lock, self._closed = scenario.coupled, threading.Lock(), False
-        self._paced, self._due = paced, 0.0
+        self._paced, self._due, self._heard = paced, 0.0, time.monotonic()
         start = Start(
             robot=scenario.robot, limits=scenario.limits, coupled=scenario.coupled, source=source, seed=seed, rate=rate
         )
@@ -51,10 +56,12 @@ class BenchAside:
         self._reader = threading.Thread(target=self._read, name="bench", daemon=True)
         try:
             self._write(_pickled(start))
-            self.fastest = Jog(**self._first("ready"))
-            self._state = json.loads(self._line())
+            ready = self._first("ready")
+            self.fastest, self.highest = Jog(**ready["fastest"]), float(ready["highest"])
+            self._take(self._line())
         except BaseException:
-            self._process.kill() if self._process.poll() is None else None
+            self._process.terminate()  # never killed at once: it may be homing, and has to stop the axes first
+            self.close()
             raise
         self._reader.start()
 
@@ -78,13 +85,15 @@ class BenchAside:
     def fault(self) -> str:
         """See `BenchDrive`."""
         trouble = self.trouble
-        return "" if trouble is None else trouble.text
+        return self._state["held_back"] if trouble is None else trouble.text
 
     @property
     def trouble(self) -> Trouble | None:
         """See `BenchDrive`."""
         if self._process.poll() is not None:
             return Trouble(text=f"the bench's process has ended, status {self._process.returncode}", remedy=END)
+        if time.monotonic() - self._heard > SILENT:
+            return Trouble(text="the bench's process says nothing", remedy=WAIT)
         told = self._state["trouble"]
         return None if told is None else Trouble(**told)
 
@@ -97,9 +106,12 @@ class BenchAside:
         return self.posture
 
     def acknowledge(self, home: bool = False) -> None:
-        """See `BenchDrive`."""
+        """See `BenchDrive`; returns once the other process says so, unless the fault lasts."""
         check_acknowledged(self.trouble, home)
+        before, end = self._state["trouble"], time.monotonic() + LONGEST_WORD
         self._send(acknowledge=home)
+        while self._state["trouble"] == before and time.monotonic() < end:
+            time.sleep(TOLD_EVERY)
 
     def halt(self) -> None:
         """See `BenchDrive`."""
@@ -127,7 +139,8 @@ class BenchAside:
             self._process.kill()
             raise TendonrodError(f"the bench's process did not end within {LONGEST_END:g} s, and was killed") from None
         finally:
-            self._reader.join(1.0)
+            if self._reader.is_alive():
+                self._reader.join(1.0)
 
     @property
     def _stdin(self) -> Any:
@@ -151,7 +164,10 @@ class BenchAside:
         """Keep the newest state, until there are no more."""
         with suppress(TendonrodError, ValueError, OSError):
             while True:
-                self._state = json.loads(self._line())
+                self._take(self._line())
+
+    def _take(self, line: bytes) -> None:
+        self._state, self._heard = json.loads(line), time.monotonic()
 
     def _send(self, **command: Any) -> None:
         self._write(json.dumps(command).encode() + b"\n")
@@ -160,6 +176,11 @@ class BenchAside:
         with self._lock, suppress(OSError, ValueError):  # a process that has ended is told by `trouble`
             self._stdin.write(data)
             self._stdin.flush()
+
+
+def _patient(source: BenchSource, rate: float) -> BenchSource:
+    """A virtual bench that waits for a busy machine: it is there to be steered, not to show how busy that is."""
+    return replace(source, ahead=AHEAD / positive("rate", rate)) if isinstance(source, VirtualSource) else source
 
 
 def _pickled(start: Start) -> bytes:

@@ -8,41 +8,28 @@ from __future__ import annotations
 
 import atexit
 import threading
+from dataclasses import replace
 from math import isfinite
-from typing import Protocol
 
-from ..errors import Fact, InvalidInput, TendonrodError, positive
+from ..errors import TendonrodError, positive
 from ..rig.benches import BenchSource, as_source
+from ..rig.control import LowPass
 from ..rig.drives import TURN, Machine
 from ..rig.ending import leave_slack
 from ..rig.guarded import GuardedBench
-from ..rig.interfaces import STILL, Sample
+from ..rig.interfaces import STILL, Command, Sample
 from ..rig.loop import Moment, drive, prepare
 from ..rig.states import FaultKind, State
 from ..rig.trials import RATE, limits_of
-from ..robot import Robot
 from .commands import FASTEST, Jog, Posture
 from .dead_man import GRACE
-from .limits import NavigationLimits
 from .recovery import END, HOMING, Trouble, check_acknowledged, made_ready, trouble_of
-from .teleoperate import Teleoperate
+from .steered import Steered, check_same, highest_tension
+from .teleoperate import KEPT, Teleoperate
 
-KEPT = 0.9  # share of an axis' speed that leaves room for control
+CUT_TIME, MUCH = 0.3, 0.6  # s, share: an insertion of which the interlock cuts more is told to the operator
 SOFTEST = 4e-3  # m/N, compliance of robot and tendon that is reckoned with
-RETRACTED = 50e-6  # m: a robot that is no further out counts as retracted
-
-
-class Steered(Protocol):
-    """What is needed of a `Scenario`."""
-
-    @property
-    def robot(self) -> Robot: ...
-
-    @property
-    def limits(self) -> NavigationLimits: ...
-
-    @property
-    def coupled(self) -> bool: ...
+RETRACTED = 0.15e-3  # m: a robot that is no further out counts as retracted; references are found to 0.05 mm
 
 
 class BenchDrive:
@@ -66,10 +53,13 @@ class BenchDrive:
         check_same(scenario, source)
         self._period, self._length = 1.0 / positive("rate", rate), scenario.robot.section.L
         limits, strain = limits_of(source, rate)
+        self.highest = min(scenario.limits.tension, highest_tension(limits, strain))
         self._bench = GuardedBench(source.open(seed), limits, strain)
         self._lock, self._closed, self._broken = threading.Lock(), False, ""
         self._acknowledged: bool | None = None  # whether it may home, once somebody has acknowledged
         self._readying = ""
+        self._cut = LowPass(CUT_TIME)
+        self._cut.value = 0.0
         try:
             self._task = self._prepared(scenario)
             self._due, self._owed = self._bench.clock.now(), 0.0
@@ -115,7 +105,18 @@ class BenchDrive:
     def fault(self) -> str:
         """What keeps the bench from moving, a sentence; "" where nothing does."""
         trouble = self.trouble
-        return "" if trouble is None else trouble.text
+        return self.held_back if trouble is None else trouble.text
+
+    @property
+    def held_back(self) -> str:
+        """Why the bench inserts no further though it is told to, and has no fault; "" where it does what it is told."""
+        if self._cut.value <= MUCH:
+            return ""
+        soft, found = self._bench.interlock.limits.soft * self._bench.interlock.limits.tension, self._task.tension
+        if found < self.highest:
+            return "the bench inserts no further: its limits of travel or strain are reached"
+        near = f"at {found:.2f} N nothing may raise its tension, with {soft:.2f} N as its limit"
+        return f"the bench inserts no further: {near}; pull less"
 
     @property
     def trouble(self) -> Trouble | None:
@@ -130,20 +131,23 @@ class BenchDrive:
         """Obey again after a fault; with a loop of its own the bench does so within a period, or once it has homed.
 
         home: whether the tendon may be let go and the robot drawn in, where positions are not known. Raises
-        `InvalidInput`, see `check_acknowledged`.
+        `TendonrodError`, see `check_acknowledged`.
         """
-        check_acknowledged(self.trouble, home)
-        if self._thread is not None:
+        with self._lock:
+            check_acknowledged(self.trouble, home)
             self._acknowledged = home
+        if self._thread is not None:
             return
-        self._make_ready(home)
+        self._make_ready()
         self._due, self._owed = self._bench.clock.now(), 0.0
         if self._bench.interlock.state is State.ARMED:
             self._bench.interlock.start()
 
     def halt(self) -> None:
-        """End a homing that `acknowledge` has begun; from any thread. Everything else ends with what steers it."""
-        if self._readying:
+        """End a homing that was acknowledged; from any thread. Everything else ends with what steers it."""
+        with self._lock:
+            self._acknowledged, has_begun = None, bool(self._readying)
+        if has_begun:
             self._bench.interlock.emergency("operator")
 
     def advance(self, jog: Jog, dt: float) -> Posture:
@@ -198,7 +202,7 @@ class BenchDrive:
         found = self._bench.interlock.limits
         axes = {"screw": found.screw, "translation": found.translation, "rotation": found.rotation}
         machine = Machine(length=self._length, turns=scenario.robot.turns, **axes)
-        return Teleoperate(machine, scenario.limits, scenario.coupled)
+        return Teleoperate(machine, replace(scenario.limits, tension=self.highest), scenario.coupled)
 
     def _loop(self) -> None:
         """The bench's own loop, until the task is finished."""
@@ -219,26 +223,45 @@ class BenchDrive:
             sample = bench.sense()
             bench.act()
             self._look(sample)
-            if self._acknowledged is not None:
-                self._make_ready(self._acknowledged)
+            self._make_ready()
             bench.clock.wait_until(sample.time + self._period)
 
-    def _make_ready(self, home: bool) -> None:
-        """Do what was acknowledged; steering begins anew. A fault that came after the word, and needs more, stays."""
-        bench, trouble, self._acknowledged = self._bench, self.trouble, None
-        if trouble is None or not trouble.ready or (trouble.homes and not home):
+    def _make_ready(self) -> None:
+        """Do what was acknowledged, if anything was; steering begins anew."""
+        bench, homes = self._bench, self._begun()
+        if homes is None:
             return
-        self._readying = "the bench looks for its references" if trouble.homes else ""
         try:
             made_ready(bench, self._look)
             self._look(bench.sense())  # the tension that there is now
-            self._task.resume(trouble.homes)
+            self._task.resume(homes)
             self._look(bench.sense())  # with the turns counted anew
         finally:
-            self._readying = ""
+            with self._lock:  # a word said twice is no word for the next fault
+                self._acknowledged, self._readying = None, ""
+
+    def _begun(self) -> bool | None:
+        """Take the operator's word: whether it homes, None for nothing to do. From here on `halt` is an emergency stop.
+
+        A fault that came after the word, and needs more, stays.
+        """
+        with self._lock:
+            home, self._acknowledged, trouble = self._acknowledged, None, self.trouble
+            if home is None or trouble is None or not trouble.ready or (trouble.homes and not home):
+                return None
+            self._readying = "the bench looks for its references" if trouble.homes else ""
+            return trouble.homes
 
     def _watch(self, moment: Moment) -> None:
         self._look(moment.sample)
+        self._compare(moment.command)
+
+    def _compare(self, sent: Command) -> None:
+        """How much of the insertion that the task asks for the interlock cuts; readings are noisy, so not each time."""
+        if self._task.asked.translation > 0.0:
+            self._cut.update(float(sent.translation <= 0.0), self._period)
+        else:
+            self._cut.value = 0.0
 
     def _run_period(self) -> None:
         """One period of the bench, as `rig.loop.drive` runs them."""
@@ -250,8 +273,9 @@ class BenchDrive:
                 command = self._task.update(sample, sample.time - before)
             except TendonrodError as error:
                 bench.interlock.trip(FaultKind.CONTROLLER, where=str(error))
-        bench.act(command)
+        sent = bench.act(command)
         self._look(sample)
+        self._compare(sent)
 
     def _look(self, sample: Sample) -> None:
         if self._bench.interlock.state is not State.RUNNING:
@@ -268,13 +292,3 @@ class BenchDrive:
         insertion = 0.0 if z <= RETRACTED else min(z / self._length, 1.0)
         rotation = self._task.section_rotation(sample)
         return Posture(insertion=insertion, rotation=rotation, tension=(self._task.tension,))
-
-
-def check_same(scenario: Steered, source: BenchSource) -> None:
-    """The bench's robot must be the scenario's, or the session would show another."""
-    if scenario.robot.n_tendons != 1:
-        raise InvalidInput("robot", Fact(f"{scenario.robot.n_tendons} tendons"), "one with one tendon, as the bench is")
-    if source.robot.body != scenario.robot.body or source.robot.tendons != scenario.robot.tendons:
-        names = f"{source.robot.name}, torsion {source.robot.torsion}"
-        mine = f"{scenario.robot.name}, torsion {scenario.robot.torsion}"
-        raise InvalidInput("bench", Fact(f"one with {names}"), f"one with the scenario's robot, {mine}")

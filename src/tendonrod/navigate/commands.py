@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from math import radians
 
@@ -10,6 +11,9 @@ from ..errors import InvalidInput, finite, within
 FASTEST = {"insertion": 20e-3, "rotation": radians(360), "tension": 2.0}  # m/s, rad/s, N/s: beyond it nobody steers
 SLOWEST = {"insertion": 1e-5, "rotation": radians(0.1), "tension": 1e-3}
 NAMES = tuple(FASTEST)
+WORDS = {
+    "insertion": ("insertion", "retraction"), "rotation": ("turning +", "turning −"), "tension": ("pulling", "release"),
+}  # fmt: skip
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -32,6 +36,11 @@ class Jog:
     def is_still(self) -> bool:
         """Whether nothing shall move."""
         return self.insertion == 0.0 and self.rotation == 0.0 and self.tension == 0.0
+
+    def words(self, names: Collection[str] = NAMES) -> str:
+        """What it moves of ``names``: "insertion", "retraction and pulling"; "motion" where it is none of them."""
+        asked = {name: getattr(self, name) for name in NAMES if name in names}
+        return " and ".join(WORDS[name][value < 0.0] for name, value in asked.items() if value != 0.0) or "motion"
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

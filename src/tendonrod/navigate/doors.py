@@ -16,7 +16,10 @@ from http.cookies import CookieError, SimpleCookie
 from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
+from .addresses import own_addresses
+
 LARGEST_BODY = 1 << 16  # bytes
+EVERYWHERE = {"0.0.0.0": "127.0.0.1", "::": "::1"}  # where all addresses are listened on: the one to this machine
 LOOPBACK = ("localhost", "127.0.0.1", "::1")
 ODD = frozenset("@/?#;, \\")  # never in a host and port; what follows them would go into the policy's header
 SAFE_METHODS = ("GET", "HEAD", "OPTIONS")
@@ -38,9 +41,15 @@ class Door:
 
     @property
     def url(self) -> str:
-        """To be opened in a browser."""
-        everywhere = {"0.0.0.0": "127.0.0.1", "::": "::1"}
-        host = everywhere.get(self.host, self.host)
+        """To be opened in a browser of this machine."""
+        return self._url_at(EVERYWHERE.get(self.host, self.host))
+
+    @property
+    def urls_elsewhere(self) -> tuple[str, ...]:
+        """To be opened on other machines, where the server listens on all addresses of this one."""
+        return tuple(map(self._url_at, own_addresses(self.host == "::"))) if self.host in EVERYWHERE else ()
+
+    def _url_at(self, host: str) -> str:
         name = f"[{host}]" if ":" in host else host
         return f"http://{name}:{self.port}/" + (f"?token={self.token}" if self.token else "")
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from math import tau
+from math import inf, tau
 from typing import Protocol
 
-from ..errors import Fact, InvalidInput
+from ..errors import TendonrodError
 from .commands import Jog, Posture
 from .recovery import Trouble
 from .scenario import Scenario
@@ -41,6 +41,11 @@ class Drive(Protocol):
         ...
 
     @property
+    def highest(self) -> float:
+        """Tension (N) that it goes to at most, inf where only the scenario limits it."""
+        ...
+
+    @property
     def fault(self) -> str:
         """What stopped the drive, a sentence; "" where nothing did."""
         ...
@@ -51,7 +56,7 @@ class Drive(Protocol):
         ...
 
     def acknowledge(self, home: bool = False) -> None:
-        """Obey again after a fault, see `recovery`. Raises `InvalidInput` where there is none."""
+        """Obey again after a fault, see `recovery`. Raises `TendonrodError` where there is none."""
         ...
 
     def halt(self) -> None:
@@ -66,11 +71,11 @@ class Drive(Protocol):
 class Untroubled:
     """What a drive says that knows no faults."""
 
-    fault, trouble = "", None
+    fault, trouble, highest = "", None, inf
 
     def acknowledge(self, home: bool = False) -> None:
-        """Raises `InvalidInput`."""
-        raise InvalidInput("acknowledge", Fact("asked for"), "left alone: there is no bench whose fault it could be")
+        """Raises `TendonrodError`."""
+        raise TendonrodError("there is nothing to acknowledge: there is no bench whose fault it could be")
 
     def halt(self) -> None:
         """Nothing to end."""
@@ -111,6 +116,13 @@ class IdealDrive(Untroubled):
 
     def close(self) -> None:
         """Nothing to do."""
+
+
+def limited(scenario: Scenario, drive: Drive) -> Scenario:
+    """The scenario with no higher limit of the tension than the drive has: it is what the operator is shown."""
+    if drive.highest >= scenario.limits.tension:
+        return scenario
+    return replace(scenario, limits=replace(scenario.limits, tension=drive.highest))
 
 
 def _clamped(value: float, low: float, high: float) -> float:

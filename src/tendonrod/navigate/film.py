@@ -9,11 +9,13 @@ from __future__ import annotations
 
 import time
 from bisect import bisect_right
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
+from operator import itemgetter
 from os import PathLike
 from typing import TYPE_CHECKING, NamedTuple
 
 from ..errors import TendonrodError
+from .news import News
 
 if TYPE_CHECKING:
     from .snapshot import Snapshot
@@ -24,10 +26,15 @@ BUDGET = 8e-3  # s of computing in one round, of 1/60 s
 WAITED = 40e-3  # s of the same where the place to go to is not computed yet
 AHEAD, AHEAD_WAITED = 20, 400  # snapshots computed in one round at most
 EDGE = 1e-9  # s
+MEASURED = 1.0  # s, of its pace
+
+Happened = tuple[float, str, str]  # s from the record's beginning, severity, text
 
 
 class Playing(NamedTuple):
-    """What of a record is shown: at and span in s from its beginning; known: up to where it is computed."""
+    """What of a record is shown: at and span in s from its beginning; known: up to where it is computed; pace: how
+    fast it really went lately, None where that is not known yet.
+    """
 
     name: str
     at: float
@@ -35,6 +42,7 @@ class Playing(NamedTuple):
     known: float
     speed: float
     paused: bool
+    pace: float | None = None
 
 
 class Film:
@@ -62,12 +70,15 @@ class Film:
         self._goal: float | None = None
         self._fault: TendonrodError | None = None
         self._shown = first
+        self._news, self._happened, self._told = News(first), list[Happened](), 0.0
+        self._pace: float | None = None
+        self._since: tuple[float, float] | None = None  # from when on it is measured, and what was shown then
         self.is_moving = False
 
     @property
     def playing(self) -> Playing:
         at = self._at if self._goal is None else self._goal
-        return Playing(self._name, at, max(self._span, self._known), self._known, self._speed, self._paused)
+        return Playing(self._name, at, max(self._span, self._known), self._known, self._speed, self._paused, self._pace)
 
     @property
     def is_idle(self) -> bool:
@@ -78,6 +89,7 @@ class Film:
         """Another speed, a pause or its end, another place (s from the beginning, at most its end)."""
         self._speed = self._speed if speed is None else speed
         self._paused = self._paused if paused is None else paused
+        self._pace = self._since = None
         if at is not None:
             self._goal = min(at, max(self._span, self._known))
         elif paused is False and self._is_whole and self._at >= self._known - EDGE:
@@ -94,7 +106,24 @@ class Film:
         self._at = min(wanted, self._known)  # too slow for this speed: it goes on from here
         if self._is_whole and self._goal is None and self._at >= self._known - EDGE:
             self._rest()
+        self._measure(now)
         return self._show()
+
+    def passed(self) -> Sequence[Happened]:
+        """What happened in the record between what was shown when this was asked last, and now."""
+        first = bisect_right(self._happened, self._told + EDGE, key=itemgetter(0))
+        self._told = self._at
+        return self._happened[first : bisect_right(self._happened, self._at + EDGE, key=itemgetter(0))]
+
+    def _measure(self, now: float) -> None:
+        """Over a second at a time, at least."""
+        if self._paused or self._goal is not None:
+            self._pace = self._since = None
+        elif self._since is None:
+            self._since = (now, self._at)
+        elif now - self._since[0] >= MEASURED:
+            self._pace = round((self._at - self._since[1]) / (now - self._since[0]), 3)
+            self._since = (now, self._at)
 
     def _rest(self) -> None:
         """At the end."""
@@ -128,6 +157,7 @@ class Film:
             self._span = self._known
             return
         self._newest, self._known = newest, newest.time - self._begun
+        self._happened += [(self._known, severity, text) for severity, text in self._news.of(newest)]
         if self._known - self._times[-1] >= self._apart - EDGE:
             self._kept.append(newest)
             self._times.append(self._known)

@@ -227,7 +227,7 @@ class Hub:
         if client.holds(jog, self.service.pilot.clock()) or (jog.hold and not has):
             self.service.jog(client.name, jog)
         elif has and not jog.hold:
-            self.service.let_go()
+            self.service.pilot.dead_man.let_go()
 
     def _refuse(self, client: Client, text: str, is_fault: bool = True) -> None:
         """Whatever is refused moves nothing, and stops what its sender was moving.

@@ -23,14 +23,14 @@ ACCURACY = 2e-5  # m, of the shape, and by which the tube may enter a wall
 POINTS = 48  # along the body
 STRIDE = {"insertion": 0.25e-3, "rotation": radians(1.0), "tension": 0.01}  # m, rad, N: largest move of one solve
 SNAP = 1e-3  # m, motion of the body in one solve that small steps cannot explain
-LOOSE = 0.3e-3  # m, error to be content with on sharp edges of a wall; `observation` tells
+LOOSE = 0.3e-3  # m, error to be content with in contact, as on sharp edges of a wall; `observation` tells
 LOOKS, FAR_LOOKS = 24, 48  # at the walls, of one solve
 CHECKED, TRUSTED = (Effort(content=LOOSE, most_steps=80, is_checked=each, most_looks=LOOKS) for each in (True, False))
 FAR = Effort(content=LOOSE, most_steps=160, most_looks=FAR_LOOKS)  # where a robot is let snap
 CHECKED_EVERY = 8  # shapes, of which one is solved on two grids to know its error
 WHY_NOT = {
     Status.STALLED: "no equilibrium is found near the present one, the robot would fold or snap away",
-    Status.TOO_FINE: f"the contact cannot be computed to {1e3 * LOOSE:g} mm, so sharp is the edge that the robot is on",
+    Status.TOO_FINE: f"the contact cannot be computed to {1e3 * LOOSE:g} mm, so where the robot would go is not known",
 }
 QUARTERS = 4  # parts in which a stride is tried where the whole is refused
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import asdict, dataclass, field
+from collections.abc import Iterable, Iterator
+from dataclasses import asdict, dataclass, field, replace
 from math import inf, nan
 from typing import Any
 
@@ -42,7 +42,8 @@ class Metrics:
 
     - duration s; samples; path m, the way of the tip; insertion, largest exposed length, m.
     - clearance: structure -> smallest distance of the tube's wall (`Nearest`), m. pressure: largest on the body, Pa,
-      None without contact. force: largest contact force at one place, N; total_force: of all together, N.
+      None without contact; pressed: the structure that it is on, "" without. The limit of pressure is that of soft
+      tissue alone. force: largest contact force at one place, N; total_force: of all together, N.
     - follow_the_leader_rms, _max: distance of the body from the tip's path (`Trail`), m; NaN without insertion.
     - outside_model, outside_limits: share of the time outside the model's range, and with a limit exceeded; blocked:
       share of the time in which a command was refused. exceeded: gauge -> share of the time.
@@ -55,6 +56,7 @@ class Metrics:
     insertion: float
     clearance: dict[str, Nearest]
     pressure: Nearest | None
+    pressed: str
     force: float
     total_force: float
     follow_the_leader_rms: float
@@ -82,6 +84,7 @@ class Meter:
     _insertion: float = 0.0
     _clearance: dict[str, Nearest] = field(default_factory=dict)
     _pressure: Nearest | None = None
+    _pressed: str = ""
     _force: float = 0.0
     _total: float = 0.0
     _outside: float = 0.0
@@ -117,7 +120,8 @@ class Meter:
         share = {name: _share(time, duration) for name, time in sorted(self._exceeded.items())}
         return Metrics(
             duration=duration, samples=self._samples, path=self._path, insertion=self._insertion,
-            clearance=dict(self._clearance), pressure=self._pressure, force=self._force, total_force=self._total,
+            clearance=dict(self._clearance), pressure=self._pressure, pressed=self._pressed,
+            force=self._force, total_force=self._total,
             follow_the_leader_rms=float(np.sqrt(squares / count)) if count else nan,
             follow_the_leader_max=largest if count else nan,
             outside_model=_share(self._outside, duration), outside_limits=_share(self._beyond, duration),
@@ -146,6 +150,7 @@ class Meter:
         k = int(snapshot.pressure.argmax())
         if snapshot.pressure[k] > (self._pressure.value if self._pressure is not None else 0.0):
             self._pressure = _at(snapshot, float(snapshot.pressure[k]), k)
+            self._pressed = snapshot.contact_structure[int(snapshot.contact_pressure.argmax())]
         forces = snapshot.contact_force
         self._force = max(self._force, float(np.sqrt((forces**2).sum(axis=1)).max(initial=0.0)))
         self._total = max(self._total, float(np.linalg.norm(forces.sum(axis=0))))
@@ -170,10 +175,18 @@ class Meter:
                 self._arrived[name] = snapshot.time, good
 
 
+def since_start(snapshots: Iterable[Snapshot]) -> Iterator[Snapshot]:
+    """The same, their times (s) counted from the first one's: a record may begin in the middle of a session."""
+    start = 0.0
+    for k, snapshot in enumerate(snapshots):
+        start = snapshot.time if k == 0 else start
+        yield replace(snapshot, time=snapshot.time - start) if start else snapshot
+
+
 def metrics(snapshots: Iterable[Snapshot]) -> Metrics:
-    """The metrics of a session, as `replay` or `play` give it."""
+    """The metrics of a session, as `replay` or `play` give it; times from its first snapshot on (`since_start`)."""
     meter = Meter()
-    for snapshot in snapshots:
+    for snapshot in since_start(snapshots):
         meter.add(snapshot)
     return meter.metrics()
 

@@ -128,7 +128,7 @@ def _beyond(scenario: Scenario, gauges: Mapping[str, Gauge], condition: Conditio
 def _rough(body: Body):
     error = body.shape.error_estimate
     if error > ROUGH:
-        yield "accuracy", f"the shape is known to {1e3 * error:.2g} mm only: the robot slides over a sharp edge", "info"
+        yield "accuracy", f"the shape is known to {1e3 * error:.2g} mm only, because of its contact", "info"
 
 
 def _inside(clearance: Mapping[str, np.ndarray], body: Body):

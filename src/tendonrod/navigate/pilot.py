@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future
 from queue import Empty, Full, Queue
 from threading import Event, Thread
@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 from ..errors import InvalidInput, TendonrodError
 from .commands import Jog
 from .dead_man import DeadMan
-from .film import Film, Playing
+from .film import Film, Happened, Playing
 from .mechanics import seconds
 
 if TYPE_CHECKING:
@@ -37,12 +37,15 @@ _log = logging.getLogger(__name__)
 
 
 class Frame(NamedTuple):
-    """What is to be seen now. moving: whether a command is being carried out. film: of a record that is shown."""
+    """What is to be seen now. moving: whether a command is being carried out. film: of a record that is shown,
+    news: what happened in it since the last frame.
+    """
 
     snapshot: Snapshot
     moving: bool
     mode: Literal["live", "replay"]
     film: Playing | None = None
+    news: Sequence[Happened] = ()
 
 
 class Pilot:
@@ -225,4 +228,4 @@ class Pilot:
             self._film, self._due = None, now
         else:
             self._due = now + (STILL if film.is_idle else PERIOD)
-            self._show(Frame(snapshot, film.is_moving, "replay", film.playing))
+            self._show(Frame(snapshot, film.is_moving, "replay", film.playing, film.passed()))

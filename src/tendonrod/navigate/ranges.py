@@ -17,6 +17,8 @@ from ..section import NotchedTube
 from ..statics.limits import fibre_strain, wall_pressure
 from ..statics.shape import Shape
 
+SLACK = 5e-3  # N, which bends ExoNav 1 by less than 0.2 mm, wherever the tendon runs; a bench at rest reads some of it
+
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Condition:
@@ -24,7 +26,8 @@ class Condition:
 
     strain: largest along the body, and strain_at (m) where; 0 where the outline is unknown. push: largest force (N)
     along the tube that compresses it; euler: pi^2 EI / (2 L)^2 (N) of the exposed length L with the softer stiffness,
-    inf where retracted. lifted: numbers of the tendons that lift off their wall, from 1. closed: whether notches close.
+    inf where retracted. lifted: numbers of the tendons that lift off their wall, from 1, but none that pulls by
+    less than `SLACK`. closed: whether notches close.
     """
 
     strain: float = 0.0
@@ -58,7 +61,7 @@ def _lifted(shape: Shape) -> tuple[int, ...]:
     return tuple(
         i + 1
         for i, tendon in enumerate(shape.robot.tendons)
-        if tendon.routing == "opposite_backbone" and tendon.wall != "free" and tensions[i] > 0.0
+        if tendon.routing == "opposite_backbone" and tendon.wall != "free" and tensions[i] > SLACK
         and wall_pressure(shape, i).min(initial=inf) <= 0.0
     )  # fmt: skip
 

@@ -15,13 +15,14 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import InvalidInput
-from .commands import Jog
+from .commands import Jog, Posture
 from .outer_tube import OuterTube
 from .scenario import Scenario
 from .scenariofile import scenario_data
 from .snapshot import Snapshot
 
 FORMAT, VERSION = "tendonrod session", 1
+COUNTS = ("index", "count")  # of a line: which steps it is
 LONGEST_RUN = 0.1  # s of equal steps in one line
 
 
@@ -54,10 +55,12 @@ class SessionRecord:
             raise InvalidInput("record", str(self.path), f"writable: {error.strerror or error}") from None
         self._write(header)
 
-    def step(self, jog: Jog, dt: float, after: Snapshot) -> None:
-        """Keep one step."""
+    def step(self, jog: Jog, dt: float, after: Snapshot, held: Posture | None = None) -> None:
+        """Keep one step. held: by the drive, where that is another posture than that of ``after``."""
         what = {"dt": dt, "jog": [jog.insertion, jog.rotation, jog.tension], "blocked": after.blocked} | outcome(after)
-        if not self._run or any(self._run[key] != what[key] for key in what):
+        if held is not None:
+            what["held"] = numbers(held)
+        if {key: value for key, value in self._run.items() if key not in COUNTS} != what:
             self._flush()
             self._run = {"index": after.index, "count": 0} | what
         self._run["count"] += 1
@@ -128,6 +131,10 @@ def digest(snapshot: Snapshot) -> str:
 
 def outcome(snapshot: Snapshot) -> dict[str, Any]:
     """What a record keeps of a snapshot, and a replay compares: what the drives hold, the tip (m), the `digest`."""
-    at = snapshot.posture
     tip = [round(x, 7) for x in snapshot.tip.tolist()]
-    return {"at": [at.insertion, at.rotation, *at.tension], "tip": tip, "digest": digest(snapshot)}
+    return {"at": numbers(snapshot.posture), "tip": tip, "digest": digest(snapshot)}
+
+
+def numbers(posture: Posture) -> list[float]:
+    """Insertion, rotation and tensions, as a record has them."""
+    return [posture.insertion, posture.rotation, *posture.tension]

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from ..errors import Fact, InvalidInput, TendonrodError
+from ..errors import InvalidInput, TendonrodError
 from ..rig.guarded import GuardedBench
 from ..rig.interfaces import Sample
 from ..rig.loop import prepare
@@ -18,6 +18,11 @@ from ..rig.safety import Interlock, loses_reference
 from ..rig.states import FaultKind, Reaction, State
 
 HOMING = "the bench lets the tendon go and draws the robot in to its references; Stop ends that"
+HELD_UP = (FaultKind.COMMAND_TIMEOUT, FaultKind.LATE, FaultKind.STALE_SENSOR)  # a control loop that got no time
+BUSY = (
+    "perhaps this machine was too busy for the bench: end other programs, or allow this user real-time priority "
+    "(docs, Devices of the bench, Real time); then"
+)
 END = "end this program and start it again; the bench stands still"
 
 
@@ -45,17 +50,19 @@ def trouble_of(interlock: Interlock) -> Trouble | None:
     else:
         slack = ", its tendon slack" if interlock.reaction is Reaction.RELEASE else ""
         remedy = f"acknowledge: nothing moves by it, the robot stays where it is{slack}"
+    if faults[0].kind in HELD_UP:
+        remedy = f"{BUSY} {remedy}"
     if not settled:
         remedy = f"wait, the bench still does this: {(interlock.reaction or Reaction.HOLD).value}"
     return Trouble(text=f"the bench stopped: {faults[0]}", remedy=remedy, ready=settled, homes=homes)
 
 
 def check_acknowledged(trouble: Trouble | None, home: bool) -> None:
-    """Raise `InvalidInput` where there is nothing to acknowledge, not yet, or only with homing that is not allowed."""
+    """Raise `TendonrodError` where there is nothing to acknowledge, or not yet; `InvalidInput` where it has to home."""
     if trouble is None:
-        raise InvalidInput("acknowledge", Fact("asked for"), "left alone: the bench has no fault")
+        raise TendonrodError("there is nothing to acknowledge: the bench has no fault")
     if not trouble.ready:
-        raise InvalidInput("acknowledge", Fact("asked for"), f"left alone now: {trouble.remedy}")
+        raise TendonrodError(f"the fault cannot be acknowledged yet: {trouble.remedy}")
     if trouble.homes and not home:
         raise InvalidInput("home", home, f"true: {trouble.remedy}")
 

@@ -27,7 +27,7 @@ LONGEST = 32  # steps from one try to the next
 class _Refused:
     """move: in strides of `mechanics`. body: that stayed as it was, None where something was carried out.
 
-    wait: steps until it is tried again, at first ``period``.
+    wait: steps until it is tried again, at first ``period``. stuck: body from which not even the withdrawal led on.
     """
 
     move: np.ndarray
@@ -35,6 +35,7 @@ class _Refused:
     body: Body | None
     wait: int
     period: int
+    stuck: Body | None = None
 
     def covers(self, move: np.ndarray) -> bool:
         length, mine = float(np.linalg.norm(move)), float(np.linalg.norm(self.move))
@@ -59,7 +60,7 @@ class Refusals:
             return "", goal
         self._found[k] = replace(each, wait=each.wait - 1)
         eased = withdrawal(body.posture, goal)
-        return each.why, body.posture if eased == goal else eased
+        return each.why, body.posture if eased == goal or each.stuck is body else eased
 
     def add(self, scenario: Scenario, body: Body, goal: Posture, travel: Travel) -> None:
         """Trying to move from ``body`` to ``goal`` led to ``travel``."""
@@ -73,6 +74,12 @@ class Refusals:
         stayed = body if travel.body is body else None
         new = _Refused(move=move, why=travel.refused, body=stayed, wait=period, period=period)
         self._found = [*self._found[1 - MOST :], new]
+
+    def add_stuck(self, scenario: Scenario, body: Body, goal: Posture) -> None:
+        """What withdraws of the known move from ``body`` to ``goal`` was tried alone, and led nowhere either."""
+        k = self._place(apart(scenario, body.posture, goal))
+        if k is not None:
+            self._found[k] = replace(self._found[k], stuck=body)
 
     def pause(self) -> None:
         """Nothing is asked for: who asks again after it shall not wait."""

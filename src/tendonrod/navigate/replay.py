@@ -106,7 +106,7 @@ def replay(path: str | PathLike[str], check: bool = True) -> Iterator[Snapshot]:
                 yield session.snapshot
             continue
         if isinstance(drive, RecordedDrive):
-            drive.next, drive.fault = _posture(line["at"]), line.get("blocked", "")
+            drive.next, drive.fault = _posture(line.get("held", line["at"])), line.get("blocked", "")
         jog = Jog(**dict(zip(NAMES, line["jog"], strict=True)))
         for _ in range(line["count"]):
             yield session.step(jog, line["dt"])
@@ -197,6 +197,7 @@ def _posture(at: list[float]) -> Posture:
 def _is_step(line: Mapping[str, Any]) -> bool:
     """Whether a line has all that a run of steps has. Their ranges are checked where they are used."""
     numbers = all(_are_numbers(line.get(key), least) for key, least in (("jog", 3), ("tip", 3), ("at", 2)))
+    numbers = numbers and _are_numbers(line.get("held", [0, 0]), 2)
     texts = isinstance(line.get("digest"), str)
     counted = type(line.get("count")) is int and line["count"] > 0 and _are_numbers([line.get("dt")], 1)
     return numbers and texts and counted and len(line["jog"]) == len(line["tip"]) == 3

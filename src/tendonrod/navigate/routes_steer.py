@@ -16,6 +16,7 @@ RENEWAL = 0.04  # s between two signs of life of a script's step
 MOST_KEYS = 64
 ACKNOWLEDGED = asked.Acknowledgement()
 NOTHING = asked.Nothing()
+A_SCRIPT = asked.Name()
 api = APIRouter(tags=["steer"])
 
 
@@ -59,7 +60,7 @@ Who = Annotated[str, Depends(_operator)]
 
 
 @api.post("/take", summary="Take control")
-async def take(body: asked.Name, scripts: Annotated[Scripts, Depends(_scripts)]) -> told.Seated:
+async def take(scripts: Annotated[Scripts, Depends(_scripts)], body: asked.Name = A_SCRIPT) -> told.Seated:
     """Granted if nobody has it, or if who has it has been silent for 10 s."""
     return scripts.take(body.name)
 
@@ -91,6 +92,9 @@ async def step(body: asked.Step, service: TheService, who: Who, request: Request
     serial, switch = service.jog(who, body, body.duration), service.pilot.dead_man
     while switch.renew(serial) or switch.resume(serial):
         service.seat.heard(who)
+        if (trouble := service.pilot.session.trouble) is not None:
+            switch.let_go(trouble.text)
+            break
         await asyncio.sleep(RENEWAL)
         if await request.is_disconnected():
             service.stop(f"connection of {who} lost: stopped")

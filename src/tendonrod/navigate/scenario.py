@@ -57,7 +57,7 @@ class Scenario:
         if not isinstance(self.tube, OuterTube):
             raise InvalidInput("tube", self.tube, "an OuterTube")
         object.__setattr__(self, "gravity", tuple(vector("gravity", self.gravity, 3).tolist()))
-        self.phantom.check_robot(self.outer_radius)
+        self.phantom.check_robot(self.outer_radius, self.robot.name)
         if self.limits is None:
             object.__setattr__(self, "limits", limits_of(self.robot, pressure=self.phantom.pressure_limit))
         check_tube(self, self.tube)
@@ -99,8 +99,9 @@ def check_tube(scenario: Scenario, tube: OuterTube) -> None:
     near = min(clearance, key=lambda name: abs(float(clearance[name][0]) - free))
     place = ", ".join(f"{1e3 * x:.3g}" for x in tube.position)
     needs = f"at least the robot's radius, {1e3 * scenario.outer_radius:.3g} mm, from every wall"
-    found = f"; the nearest, {near}, is {1e3 * free:.3g} mm away"
-    raise InvalidInput("outer tube's exit (mm)", Fact(f"({place})"), needs + found)
+    away = f"the nearest, {near}, is {1e3 * free:.3g} mm away"
+    found = away if free >= 0.0 else f"it lies {-1e3 * free:.3g} mm inside the nearest wall, {near}"
+    raise InvalidInput("outer tube's exit (mm)", Fact(f"({place})"), f"{needs}; {found}")
 
 
 def load_scenario(

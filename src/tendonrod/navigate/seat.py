@@ -5,7 +5,20 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
+from ..errors import Fact, InvalidInput
+
 ABSENCE = 10.0  # s without a word, after which another may take control
+
+
+class Refused(InvalidInput):
+    """A client asked for what it may not have; the sentence says why."""
+
+    def __init__(self, reason: str) -> None:
+        super().__init__("control", Fact(reason), "yours")
+        self.reason = reason
+
+    def __str__(self) -> str:
+        return self.reason
 
 
 class Seat:

@@ -15,13 +15,14 @@ from pathlib import Path
 from threading import Thread
 from typing import TYPE_CHECKING, Any
 
-from ..errors import Fact, InvalidInput
 from . import asked, told, wire
 from .commands import Rates
 from .film import span_of
 from .news import News
+from .outer_tube import RANGES
+from .past import Past
 from .pilot import Frame, Pilot
-from .seat import Seat
+from .seat import Refused, Seat
 
 if TYPE_CHECKING:
     from .records import Records
@@ -29,17 +30,6 @@ if TYPE_CHECKING:
 
 Tell = Callable[[told.Event | told.Settings], None]
 ENDING = "the server ends"
-
-
-class Refused(InvalidInput):
-    """A client asked for what it may not have; the sentence says why."""
-
-    def __init__(self, reason: str) -> None:
-        super().__init__("control", Fact(reason), "yours")
-        self.reason = reason
-
-    def __str__(self) -> str:
-        return self.reason
 
 
 class Service:
@@ -66,8 +56,8 @@ class Service:
         if records is not None:
             self._begin_record(session)
         self.begun, self.gauges = session.scenario, session.snapshot.limits
-        self._trouble = ""
-        self._news = News(session.snapshot)
+        self._stops = 0
+        self._news, self._past = News(session.snapshot), Past(clock)
         self.newest = Frame(session.snapshot, moving=False, mode="live")
         self.pilot = Pilot(session, show=self._seen, tell=self.event, runs_still=self._runs_still, clock=clock)
 
@@ -92,14 +82,18 @@ class Service:
         """As `told.Welcome`."""
         settings = self.settings().model_dump()
         allowed = {name: list(ends) for name, ends in Rates.allowed().items()}
-        first = {"type": "welcome", "protocol": told.PROTOCOL, "client": client, "scene": self.scene()}
-        return {**first, "rates": settings["rates"], "allowed_rates": allowed, "coupled": settings["coupled"]}
+        return {
+            "type": "welcome", "protocol": told.PROTOCOL, "client": client, "scene": self.scene(),
+            "rates": settings["rates"], "allowed_rates": allowed, "coupled": settings["coupled"],
+            "allowed_tube": {name: list(ends) for name, ends in RANGES.items()}, "past": self._past.told(),
+            "can_reset": self.pilot.session.can_reset,
+        }  # fmt: skip
 
     # ---- what stops
 
     def stop(self, why: str = "stopped") -> None:
         """Nothing moves from now on; an event tells ``why`` if anything did."""
-        did = self.pilot.dead_man.is_held
+        did, self._stops = self.pilot.dead_man.is_held, self._stops + 1
         self.pilot.dead_man.let_go(why)
         self.pilot.session.halt()
         if did:
@@ -112,7 +106,7 @@ class Service:
         self.stop(f"stopped by {who}")
         holder = self.seat.holder
         if holder is not None and holder != who:
-            self._unseat(holder, f"stopped by {who}, take control to go on")
+            self._unseat(holder, f"{who} stopped {holder}, which has to take control to go on")
 
     def end(self) -> None:
         """Nothing moves any more: the server ends."""
@@ -120,16 +114,12 @@ class Service:
             self.is_ending = True
             self.stop("the server ends: stopped")
 
-    def let_go(self) -> None:
-        """Nothing moves from now on, and nobody needs to be told."""
-        self.pilot.dead_man.let_go()
-
     def leave(self, who: str, why: str) -> None:
         """``who`` gives control back or is gone."""
         if not self.seat.has(who):
             return
         self.stop(f"{why}: stopped")
-        self._unseat(who, why)
+        self._unseat(who, f"{who}: {why}")
 
     # ---- what needs control
 
@@ -220,10 +210,13 @@ class Service:
 
     # ---- inside
 
-    def event(self, severity: str, text: str) -> None:
-        """Tell everybody."""
-        now = round(self.newest.snapshot.time, 6)
-        self.tell(told.Event.model_validate({"severity": severity, "text": text, "time": now}))
+    def event(self, severity: str, text: str, at: float | None = None) -> None:
+        """Tell everybody; at: s from the beginning of the record that is shown, for what happened in it."""
+        time = self.pilot.session.snapshot.time if at is None else at
+        what = {"severity": severity, "text": text, "time": round(time, 6), "record": at is not None}
+        event = told.Event.model_validate(what)
+        self._past.note(event)
+        self.tell(event)
 
     def _needs_control(self, who: str) -> None:
         if reason := ENDING if self.is_ending else self.seat.refusal(who):
@@ -231,14 +224,24 @@ class Service:
 
     def _unseat(self, who: str, why: str) -> None:
         self.seat.leave(who)
-        self.event("info", f"{who}: {why}")
+        self.event("info", why)
         self.control_changed()
 
     def _change(self, who: str, work: Callable[[Session], Any], text: str, settings: bool = False) -> Future[Any]:
         self._needs_control(who)
-        future = self.pilot.ask(work)
+        future = self.pilot.ask(partial(self._unless_stopped, work, self._stops))
         future.add_done_callback(partial(self._changed, f"{who}: {text}", settings))
         return future
+
+    def _unless_stopped(self, work: Callable[[Session], Any], stops: int, session: Session) -> Any:
+        """A stop drops what still waits, and ends what ``work`` begins."""
+        if self._stops != stops:
+            raise Refused("stopped before it was done")
+        done = work(session)
+        if self._stops != stops:
+            session.halt()
+        self._seen(Frame(session.snapshot, moving=False, mode="live"))  # before whoever asked hears that it is done
+        return done
 
     def _changed(self, text: str, settings: bool, future: Future[Any]) -> None:
         if future.cancelled() or future.exception() is not None:
@@ -280,20 +283,13 @@ class Service:
         """While somebody steers, or a bench that stopped is still to be seen letting go."""
         return self.seat.holder is not None or self.pilot.session.trouble is not None
 
-    def _tell_trouble(self) -> None:
-        """Each fault of a bench once, to everybody, and that it is over."""
-        trouble = self.pilot.session.trouble
-        text = "" if trouble is None else trouble.text
-        if text == self._trouble:
-            return
-        self._trouble = text
-        self.event("limit", text) if text else self.event("info", "the bench obeys again")
-
     def _seen(self, frame: Frame) -> None:
         self.newest = frame
-        self._tell_trouble()
-        if frame.mode == "live":
-            for severity, text in self._news.of(frame.snapshot):
-                if not self._trouble or self._trouble not in text:
-                    self.event(severity, text)
+        self._past.see(frame)
+        trouble = self.pilot.session.trouble
+        live = self._news.of(frame.snapshot) if frame.mode == "live" else []
+        for severity, text in [*self._news.trouble("" if trouble is None else trouble.text), *live]:
+            self.event(severity, text)
+        for at, severity, text in frame.news:
+            self.event(severity, text, at)
         self.show(self.state())

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from ..errors import Fact, InvalidInput, within
-from .commands import FASTEST, Jog, Posture
-from .drive import Drive, IdealDrive
+from ..errors import Fact, InvalidInput, TendonrodError, within
+from .commands import FASTEST, NAMES, Jog, Posture
+from .drive import Drive, IdealDrive, Untroubled, limited
 from .mechanics import SNAP, Body, Travel, move, rest
 from .observation import observed
 from .outer_tube import OuterTube
@@ -30,19 +30,25 @@ class Session:
     def __init__(self, scenario: Scenario, drive: Drive | None = None, record: SessionRecord | None = None) -> None:
         if not isinstance(scenario, Scenario):
             raise InvalidInput("scenario", scenario, "a Scenario")
-        self.scenario, self._record = scenario, record
         self._drive: Drive = IdealDrive(scenario) if drive is None else drive
-        self._body = rest(scenario, self._drive.posture)
+        self.scenario, self._record = limited(scenario, self._drive), record
+        self._body = rest(self.scenario, self._drive.posture)
         self._refusals = Refusals()
         self._snapped = 0.0
-        self.snapshot: Snapshot = observed(scenario, self._body, index=0, time=0.0, blocked="")
+        self._apart: Posture | None = None  # what a real drive holds, where the model could not follow it
+        self.snapshot: Snapshot = observed(self.scenario, self._body, index=0, time=0.0, blocked="")
         if record is not None:
-            record.begin(scenario, type(self._drive).__name__, self.snapshot)
+            record.begin(self.scenario, type(self._drive).__name__, self.snapshot)
 
     @property
     def coupled(self) -> bool:
         """Whether insertion turns the motor by the follow-the-leader law."""
         return self._drive.coupled
+
+    @property
+    def can_reset(self) -> bool:
+        """Whether `reset` is possible: on a bench the robot takes its time to retract."""
+        return isinstance(self._drive, Untroubled)
 
     @property
     def trouble(self) -> Trouble | None:
@@ -52,10 +58,9 @@ class Session:
     def acknowledge(self, home: bool = False) -> Snapshot:
         """Let a bench obey again after a fault; the next steps show where it then is.
 
-        home: whether the robot may be let go and drawn in, where positions are not known. Raises `InvalidInput`.
+        home: whether the robot may be let go and drawn in, where positions are not known. Raises `TendonrodError`.
         """
         self._drive.acknowledge(home)
-        self._refusals = Refusals()
         return self.snapshot
 
     def halt(self) -> None:
@@ -75,7 +80,7 @@ class Session:
         blocked = self._advanced(jog, dt)
         self._show(before, dt, blocked)
         if self._record is not None:
-            self._record.step(jog, dt, self.snapshot)
+            self._record.step(jog, dt, self.snapshot, self._apart)
         return self.snapshot
 
     def rehearse(self) -> None:
@@ -97,9 +102,12 @@ class Session:
         return self.snapshot
 
     def reset(self) -> Snapshot:
-        """Retract the robot at once, without tension, and forget the targets reached; index and time go on."""
+        """Retract the robot at once, without tension, and forget the targets reached; index and time go on.
+
+        Raises `TendonrodError` on a bench.
+        """
         if not self._drive.retract():
-            raise InvalidInput("reset", Fact("asked for"), "left alone with a real drive: retract the robot instead")
+            raise TendonrodError("on a bench the robot cannot be retracted at once: drive it back instead")
         self._resume(self.scenario, self._drive.posture, ())
         if self._record is not None:
             self._record.reset()
@@ -138,7 +146,7 @@ class Session:
 
     def _advanced(self, jog: Jog, dt: float) -> str:
         """Carry out a jog as far as it goes; returns why not further, "" where it went all the way."""
-        self._snapped = 0.0
+        self._snapped, self._apart = 0.0, None
         goal = self._drive.advance(jog, dt)
         if goal == self._body.posture:
             self._refusals.pause()
@@ -148,23 +156,26 @@ class Session:
             return self._drive.fault
         travel = self._moved(goal)
         self._body, self._snapped = travel.body, travel.snapped
-        if not travel.refused:
-            if travel.body.posture != goal:  # withdrawn over an edge, a little further than asked
-                self._drive.go_back(travel.body.posture)
+        if travel.body.posture != goal and not self._drive.go_back(travel.body.posture):
+            self._apart = goal
+        if not travel.refused:  # perhaps withdrawn over an edge, a little further than asked
             return self._drive.fault
-        if not self._drive.go_back(travel.body.posture):
+        if self._apart is not None:
             return f"the model cannot follow the robot: {travel.refused}"
-        return f"not moved further: {travel.refused}; go back, or another way"
+        left = [name for name in NAMES if getattr(travel.body.posture, name) != getattr(goal, name)]
+        return f"{jog.words(left)} refused: {travel.refused}; go back, or another way"
 
     def _moved(self, goal: Posture) -> Travel:
         """Towards ``goal``; of what is known to be refused only the part that withdraws the robot, if any."""
         body = self._body
-        why, goal = self._refusals.known(self.scenario, body, goal)
-        travel = Travel(body=body) if goal == body.posture else move(self.scenario, body, goal)
-        if why:
-            return replace(travel, refused=why)
-        self._refusals.add(self.scenario, body, goal, travel)
-        return travel
+        why, allowed = self._refusals.known(self.scenario, body, goal)
+        travel = Travel(body=body) if allowed == body.posture else move(self.scenario, body, allowed)
+        if not why:
+            self._refusals.add(self.scenario, body, goal, travel)
+            return travel
+        if travel.body is body:
+            self._refusals.add_stuck(self.scenario, body, goal)
+        return replace(travel, refused=why)
 
     def _show(self, before: Body, dt: float, blocked: str) -> None:
         old, told = self.snapshot, self._told()

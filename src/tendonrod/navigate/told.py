@@ -13,6 +13,7 @@ MOST_POINTS = 64  # of the centre line on the wire
 MOST_CONTACTS = 32  # the strongest
 
 Number = float | None  # null where a number would not be finite
+Ends = Annotated[list[float], Field(min_length=2, max_length=2)]
 
 
 class TubePose(Message):
@@ -55,6 +56,7 @@ class LevelScene(Message):
     z_high: float
     entry_height: Annotated[Number, Field(description="z of an exit in the window of this level, m")] = None
     entry_depth: Annotated[Number, Field(description="x of such an exit, m")] = None
+    tube: Annotated[TubePose | None, Field(description="Outer tube to begin with, in that window")] = None
 
 
 class PhantomScene(Message):
@@ -91,9 +93,45 @@ class RateValues(Message):
 class RateRanges(Message):
     """Lowest and highest of each rate."""
 
-    insertion: Annotated[list[float], Field(min_length=2, max_length=2)]
-    rotation: Annotated[list[float], Field(min_length=2, max_length=2)]
-    tension: Annotated[list[float], Field(min_length=2, max_length=2)]
+    insertion: Ends
+    rotation: Ends
+    tension: Ends
+
+
+class TubeRanges(Message):
+    """Lowest and highest of each number of a `Tube`, m and rad."""
+
+    height: Ends
+    offset: Ends
+    depth: Ends
+    tilt: Ends
+    lean: Ends
+
+
+class Event(Message):
+    """Something happened that an operator wants to know."""
+
+    type: Literal["event"] = "event"
+    severity: Severity
+    text: str
+    time: Annotated[float, Field(description="s, of the session; of a record's event from that record's beginning")]
+    record: Annotated[bool, Field(description="Whether it happened in the record that is shown")] = False
+
+
+class PastEvent(Event):
+    ago: Annotated[float, Field(description="s, of real time")]
+
+
+class Past(Message):
+    """What was told and shown before: events oldest first, and curves over ``ago`` (s of real time, at most 60)."""
+
+    events: list[PastEvent]
+    ago: list[float]
+    insertion: Annotated[list[float], Field(description="Share of the length")]
+    tension: Annotated[list[float], Field(description="The largest, N")]
+    clearance: Annotated[list[Number], Field(description="The least, m")]
+    in_range: list[bool]
+    live: Annotated[list[bool], Field(description="false where a record was shown")]
 
 
 class Welcome(Message):
@@ -106,6 +144,9 @@ class Welcome(Message):
     rates: RateValues
     allowed_rates: RateRanges
     coupled: bool
+    allowed_tube: TubeRanges
+    can_reset: Annotated[bool, Field(description="Whether the robot can be retracted at once: not on a bench")]
+    past: Past
 
 
 class Settings(Message):
@@ -155,6 +196,7 @@ class Replaying(Message):
     known: Annotated[float, Field(description="Computed so far; what lies beyond has to be computed first")]
     speed: Annotated[float, Field(description="1: as fast as it was recorded")]
     paused: bool
+    pace: Annotated[Number, Field(description="How fast it really goes: at most as fast as it is computed")] = None
 
 
 class FaultState(Message):
@@ -195,15 +237,6 @@ class State(Message):
     mode: Literal["live", "replay"]
     recording: Annotated[str | None, Field(description="Name of the record")]
     replay: Annotated[Replaying | None, Field(description="What is shown in the mode replay")]
-
-
-class Event(Message):
-    """Something happened that an operator wants to know."""
-
-    type: Literal["event"] = "event"
-    severity: Severity
-    text: str
-    time: float
 
 
 class Error(Message):

@@ -14,7 +14,6 @@ import numpy as np
 from .told import MOST_CONTACTS, MOST_POINTS
 
 if TYPE_CHECKING:
-    from ..anatomy import Phantom
     from .film import Playing
     from .outer_tube import OuterTube
     from .recovery import Trouble
@@ -26,7 +25,7 @@ LENGTH, FORCE, PRESSURE, DIRECTION = 7, 6, 1, 5  # decimals: 0.1 um, 1 uN, 0.1 P
 
 def scene(scenario: Scenario, gauges: Mapping[str, Gauge]) -> dict[str, Any]:
     """As `told.Scene`. gauges: those of a snapshot, for their names, bounds and units."""
-    robot, phantom = scenario.robot, scenario.phantom
+    robot = scenario.robot
     return {
         "robot": {
             "name": robot.name,
@@ -35,7 +34,7 @@ def scene(scenario: Scenario, gauges: Mapping[str, Gauge]) -> dict[str, Any]:
             "outer_radius": scenario.outer_radius,
             "tendons": robot.n_tendons,
         },
-        "phantom": _phantom(phantom),
+        "phantom": _phantom(scenario),
         "limits": [
             {"name": name, "low": _number(each.low), "high": _number(each.high), "unit": each.unit}
             for name, each in gauges.items()
@@ -45,7 +44,8 @@ def scene(scenario: Scenario, gauges: Mapping[str, Gauge]) -> dict[str, Any]:
     }
 
 
-def _phantom(phantom: Phantom) -> dict[str, Any]:
+def _phantom(scenario: Scenario) -> dict[str, Any]:
+    phantom = scenario.phantom
     structures = [
         {
             "name": name,
@@ -66,13 +66,16 @@ def _phantom(phantom: Phantom) -> dict[str, Any]:
         }
         for name, each in phantom.targets.items()
     ]
-    levels = [_level(phantom, each) for each in phantom.levels]
+    levels = [_level(scenario, each) for each in phantom.levels]
     return {
         "name": phantom.name, "kind": phantom.kind, "structures": structures, "targets": targets, "levels": levels
     }  # fmt: skip
 
 
-def _level(phantom: Phantom, level: Any) -> dict[str, Any]:
+def _level(scenario: Scenario, level: Any) -> dict[str, Any]:
+    from .scenario import default_tube
+
+    phantom = scenario.phantom
     entry = phantom.entries.get(level.name)
     return {
         "name": level.name,
@@ -80,6 +83,7 @@ def _level(phantom: Phantom, level: Any) -> dict[str, Any]:
         "z_high": float(level.z_high),
         "entry_height": _number(getattr(entry, "height", None)),
         "entry_depth": _number(getattr(entry, "depth", None)),
+        "tube": None if entry is None else tube(default_tube(phantom, level.name, scenario.robot)),
     }
 
 

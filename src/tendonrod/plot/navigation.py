@@ -27,11 +27,11 @@ def scenes_figure(found: Course) -> Figure:
     scene = backdrop(found, Eye())
     left, right, bottom, top = scene.window
     side = (WIDTH - 0.1) / (1.0 + (right - left) / (top - bottom))  # the section is as high as the view
-    room = side + 0.42
+    room = side + 0.54
     with styled():
         figure = new_figure(max(1, len(found.moments)) * room + 0.1)
         for k, moment in enumerate(found.moments):
-            low = 1.0 - (k * room + 0.2 + side) / figure.get_figheight()
+            low = 1.0 - (k * room + 0.34 + side) / figure.get_figheight()
             tall = side / figure.get_figheight()
             view = figure.add_axes((0.005, low, 1.0 - (side + 0.1) / WIDTH, tall))
             _scene(scene.show(view), scene, moment, found)
@@ -52,14 +52,15 @@ def _scene(view: Axes, scene, moment: Moment, found: Course) -> None:
     draw_targets(view, scene, now, found)
     draw_body(view, scene, now, found)
     draw_levels(view, scene, found)
-    titled(view, moment.letter, moment.title)
-    view.set_title(state_text(now), loc="right", size=6.8, weight="normal", pad=3.0)
+    view.set_title(f"({moment.letter}) {moment.title}", pad=13.0)  # a line for what happened, however long, then one
+    view.annotate(state_text(now), (0.0, 1.0), (0, 3), xycoords="axes fraction", textcoords="offset points", size=6.8)
 
 
 def state_text(now) -> str:
     """Time and drives in one line."""
     tension = ", ".join(f"{x:.2f}" for x in now.posture.tension)
-    return f"{now.time:.1f} s   {MM * now.exposed:.1f} mm out   {np.degrees(now.rotation):.0f}°   {tension} N"
+    turned = f"{round(float(np.degrees(now.rotation)))}".replace("-", "−")
+    return f"{now.time:.1f} s   {MM * now.exposed:.1f} mm out   {turned}°   {tension} N"
 
 
 def gaps_text(clearance: Mapping[str, np.ndarray]) -> str:

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from ..navigate.metrics import Meter, Metrics, Nearest
+from ..navigate.metrics import Meter, Metrics, Nearest, since_start
 from ..navigate.scenario import Scenario
 from ..navigate.snapshot import Snapshot
 from ..plot.course import Course, Taker
@@ -52,7 +52,8 @@ def write_navigation(
 ) -> tuple[Path, Metrics]:
     """Write index.html, figures, tables, metrics.json, frames.nc and animation.gif of a session into ``out``.
 
-    snapshots: in order, as `Session`, `replay` or `play` give them; they are taken one by one and not kept.
+    snapshots: in order, as `Session`, `replay` or `play` give them; they are taken one by one and not kept. Times are
+    told from the first one's on.
     scenario: of the session. frames: of animation.gif and frames.nc; 0 for neither. watch(done, total, what): called
     before each figure and frame. Returns the page's path and the metrics. Raises `InvalidInput` where there is no
     snapshot, or ``out`` cannot be written.
@@ -64,7 +65,7 @@ def write_navigation(
 def taken(snapshots: Iterable[Snapshot], scenario: Scenario, frames: int = 120) -> tuple[Course, Metrics]:
     """What the page needs, in one pass over ``snapshots``. Raises `InvalidInput` where there is none."""
     taker, meter = Taker(scenario, frames or 2), Meter()
-    for snapshot in taker.passing(snapshots):
+    for snapshot in taker.passing(since_start(snapshots)):
         meter.add(snapshot)
     return taker.course(), meter.metrics()
 

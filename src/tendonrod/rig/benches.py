@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import asdict, dataclass, field, fields, is_dataclass, replace
+from math import inf
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -62,10 +63,14 @@ def masses_of(trackers: Sequence[Tracker]) -> tuple[LumpedMass, ...]:
 
 @dataclass(frozen=True, kw_only=True)
 class VirtualSource:
-    """A virtual bench, faster than real time or in step with it."""
+    """A virtual bench, faster than real time or in step with it; ahead: s, see `VirtualClock`.
+
+    With ``ahead`` below half a control period no busy machine makes the periods late: the bench is slower instead.
+    """
 
     setup: VirtualSetup
     real_time: bool = False
+    ahead: float = inf
     limits: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
 
     @property
@@ -90,7 +95,7 @@ class VirtualSource:
         """See `BenchSource`; the same seed gives the same bench."""
         from .virtual.bench import virtual_bench
 
-        return virtual_bench(self.setup, seed, self.real_time)
+        return virtual_bench(self.setup, seed, self.real_time, self.ahead)
 
     def known(self, seed: int) -> dict[str, Any]:
         """See `BenchSource`; "setup" has every number of it."""

@@ -29,6 +29,7 @@ from .benchfile_units import flat, in_unit, to_si
 from .board_devices import Calibration
 from .launchpad import check_options as check_launchpad
 from .limits import AXES, Limits
+from .tension_watch import SATURATED
 from .virtual.injection import Injection, InjectionKind
 from .virtual.setup import (
     LoadCellModel,
@@ -67,8 +68,11 @@ class BenchFile:
         limits = self._limits()
         if self.is_virtual:
             setup = self._setup(robot, gravity)
-            return VirtualSource(setup=setup, real_time=real_time, limits=limits)
-        return self._devices(robot, gravity, limits)
+            found = VirtualSource(setup=setup, real_time=real_time, limits=limits)
+        else:
+            found = self._devices(robot, gravity, limits)
+        self._check_tension()
+        return found
 
     def _setup(self, robot: Robot, gravity: Gravity) -> VirtualSetup:
         axes = {"screw": lead_screw, "translation": roller_translation, "rotation": roller_rotation}
@@ -147,6 +151,14 @@ class BenchFile:
         axes = {name: self._axis_limits(name, keys) for name in AXES}
         self._called(Limits, keys, **{name: replace(getattr(Limits(), name), **given) for name, given in axes.items()})
         return MappingProxyType(self._given(keys) | {name: given for name, given in axes.items() if given})
+
+    def _check_tension(self) -> None:
+        """A limit that the load cell cannot show would never be found to be passed."""
+        given, scale = self.table.limits.tension_n, self.table.load_cell.full_scale_n
+        most = SATURATED * (LoadCellModel().full_scale if scale is None else scale)
+        if given is not None and not given < most:
+            allowed = f"below {most:.4g} N, {100.0 * SATURATED:.0f} % of the load cell's full scale"
+            raise InvalidInput(f"{self.name}: limits.tension_n", given, allowed)
 
     def _axis_limits(self, name: str, keys: dict[str, str]) -> dict[str, float]:
         """Fields of `AxisLimits` that the file gives; their keys are taken out of ``keys``."""

@@ -13,6 +13,12 @@ export const STANDARD = {
   "tension-": "KeyQ", "tension+": "KeyE",
 };
 
+/** What the page calls an action: "Pull" for "tension+". */
+function labelOf(action) {
+  const axis = AXES.find((one) => one.name === action.slice(0, -1));
+  return action.endsWith("+") ? axis.more : axis.less;
+}
+
 const STORED = "tendonrod.keys";
 const RESERVED = new Set(["Escape", "Tab", "Enter", "Space", "F5", "F11", "F12"]);
 
@@ -42,7 +48,7 @@ export class Bindings {
   set(action, code) {
     if (RESERVED.has(code)) return `${code} is kept for the browser or for stopping.`;
     const other = Object.keys(this.keys).find((name) => this.keys[name] === code && name !== action);
-    if (other) return `${this.letter(code)} already moves ${other.replace("+", " +").replace("-", " −")}.`;
+    if (other) return `${this.letter(code)} already is the key for ${labelOf(other)}.`;
     this.change({ ...this.keys, [action]: code });
     return "";
   }

@@ -10,10 +10,12 @@ export class Events {
     Object.assign(this, { list, onEvent });
   }
 
-  add(text, severity = "info", time = null) {
-    this.onEvent(severity, text);
+  /** time: s of the session, or from the beginning of the record where it happened in one (inRecord). ago: s since then. */
+  add(text, severity = "info", time = null, { ago = 0, inRecord = false } = {}) {
+    this.onEvent(severity, text, ago);
     if (this.repeats(text)) return;
-    const stamp = element("time", {}, time === null ? "" : clock(time));
+    const stamp = element("time", {}, time === null ? "" : `${inRecord ? "▸" : ""}${clock(time)}`);
+    if (inRecord) stamp.title = "In the record that is shown, from its beginning";
     this.newest = { text, count: 1, row: element("li", {}, stamp, element("span", {}, capital(text))) };
     this.newest.row.dataset.severity = severity;
     this.list.prepend(this.newest.row);

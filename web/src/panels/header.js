@@ -52,9 +52,10 @@ export class Header {
   }
 
   showActions() {
-    const { isRetracted, maySteer } = this.store;
-    byId("reset").disabled = !maySteer;
-    byId("reset").title = maySteer ? "Retracts the robot at once, without tension, and forgets the targets reached" : "Take control first";
+    const { canReset, isRetracted, maySteer } = this.store;
+    byId("reset").disabled = !maySteer || !canReset;
+    byId("reset").title = !canReset ? "A bench cannot be reset: retract the robot instead" : !maySteer ? "Take control first"
+      : "Retracts the robot at once, without tension, and forgets the targets reached";
     byId("place").disabled = !maySteer || !isRetracted;
     byId("place").title = !maySteer ? "Take control first" : isRetracted ? "Move the outer tube" : "Retract the robot first";
   }

@@ -1,8 +1,10 @@
 // The form that places the outer tube; the server judges, the form only says what it said.
 
+import { fixed } from "../units.js";
 import { byId, closable, element } from "./elements.js";
 
 const FIELDS = { height: 1e3, offset: 1e3, depth: 1e3, tilt: 180 / Math.PI, lean: 180 / Math.PI };
+const UNITS = { height: "mm", offset: "mm", depth: "mm", tilt: "°", lean: "°" };
 
 export class Placing {
   constructor({ store, send }) {
@@ -21,19 +23,26 @@ export class Placing {
 
   open() {
     const { tube } = this.store.state;
-    for (const [name, factor] of Object.entries(FIELDS)) this.field(name).value = String(Number((tube[name] * factor).toFixed(2)));
-    const levels = this.store.scene.phantom.levels.map((level) => element("option", { value: level.name }, level.name));
-    byId("place-level").replaceChildren(element("option", { value: "" }, "as it is"), ...levels);
+    this.fill(tube);
+    byId("place-level").replaceChildren(...this.choices().map(([text]) => element("option", { value: text }, text)));
     byId("place-error").textContent = "";
     this.dialog.showModal();
   }
 
+  /** Poses to begin with, each [what it is called, pose or what of it]. */
+  choices() {
+    const { scene, state } = this.store;
+    const levels = scene.phantom.levels.map((level) => [level.name, level.tube ?? { height: level.z_low }]);
+    return [["as it is", state.tube], ["where the session began", scene.tube], ...levels];
+  }
+
   takeLevel() {
-    const level = this.store.scene.phantom.levels.find((one) => one.name === byId("place-level").value);
-    if (!level) return;
-    const height = level.entry_height ?? level.z_low;
-    this.field("height").value = String(Number((1e3 * height).toFixed(2)));
-    if (level.entry_depth !== undefined && level.entry_depth !== null) this.field("depth").value = String(Number((1e3 * level.entry_depth).toFixed(2)));
+    const [, pose] = this.choices().find(([text]) => text === byId("place-level").value);
+    this.fill(pose);
+  }
+
+  fill(pose) {
+    for (const [name, value] of Object.entries(pose)) this.field(name).value = String(Number((value * FIELDS[name]).toFixed(2)));
   }
 
   submit(event) {
@@ -42,6 +51,8 @@ export class Placing {
     for (const [name, factor] of Object.entries(FIELDS)) {
       const value = this.field(name).valueAsNumber;
       if (!Number.isFinite(value)) return this.refuse(`Please give a number for ${name}.`);
+      const [low, high] = this.store.allowedTube[name].map((end) => Math.round(end * factor));
+      if (value < low || value > high) return this.refuse(`The ${name} must be from ${fixed(low, 0)} to ${fixed(high, 0)} ${UNITS[name]}.`);
       tube[name] = value / factor;
     }
     this.asked = tube;

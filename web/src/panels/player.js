@@ -1,9 +1,10 @@
 // A record on the screen: pause, place, speed, end. Whoever has control handles it; all others see where it is.
 
-import { clock } from "../units.js";
+import { clock, fixed, isNumber } from "../units.js";
 import { byId, element, setText } from "./elements.js";
 
 const SPEEDS = [0.25, 0.5, 1, 2, 4, 8];
+const SLOWER = 0.85; // share of the speed asked for, below which it is said
 const SEEK_MS = 100; // at most one place asked for in this time, while the bar is drawn
 const SETTLE_MS = 400; // in which the bar stays where it was put, until the server has heard of it
 
@@ -43,7 +44,7 @@ export class Player {
     const speed = String(replay.speed);
     if (document.activeElement !== byId("player-speed")) byId("player-speed").value = speed;
     const handled = you ? "" : operator ? ` · ${operator} handles it` : " · take control to handle it";
-    setText(byId("player-name"), `${replay.name}${isComputing(replay) ? " · computing up to there …" : ""}${handled}`);
+    setText(byId("player-name"), `${replay.name}${speedNote(replay)}${handled}`);
   }
 
   showPlace(replay) {
@@ -55,4 +56,9 @@ export class Player {
 }
 
 const isOver = ({ at, span }) => at >= span - 1e-6;
-const isComputing = ({ at, known }) => at > known + 0.1;
+
+/** Why it is not where or not as fast as it was asked to be. */
+function speedNote({ at, known, pace, speed }) {
+  if (at > known + 0.1) return " · computing up to there …";
+  return isNumber(pace) && pace < SLOWER * speed && known < at + 1 ? ` · at ${fixed(pace, 1)}×: it is computed no faster` : "";
+}

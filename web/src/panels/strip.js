@@ -5,6 +5,7 @@ import { fitted } from "./canvas.js";
 
 const SPAN = 60; // s shown
 const STEP = 0.1; // s between samples
+const GAP = 2; // s without samples over which no line is drawn
 const BURST = 5; // s within which the same again is counted
 const LEFT = 116; // px for the names
 const LANES = [
@@ -27,10 +28,23 @@ export class Strip {
   add(state, now) {
     if (now - (this.samples.at(-1)?.now ?? -1) < STEP) return;
     const [clearance] = least(bodyClearance(state.clearance));
-    this.samples.push({ now, insertion: 1e3 * state.insertion * this.length, tension: Math.max(...state.tension),
-      clearance: clearance === null ? NaN : 1e3 * clearance, outside: state.in_range === false });
-    while (this.samples[0].now < now - SPAN - 1) this.samples.shift();
+    this.keep({ now, insertion: state.insertion, tension: Math.max(...state.tension), clearance, isOutside: state.in_range === false,
+      isLive: state.mode === "live" });
+    while (this.samples[0].now < now - SPAN) this.samples.shift();
     while (this.marks[0]?.now < now - SPAN) this.marks.shift();
+  }
+
+  keep({ now, insertion, tension, clearance, isOutside, isLive }) {
+    this.samples.push({ now, insertion: 1e3 * insertion * this.length, tension, clearance: isNumber(clearance) ? 1e3 * clearance : NaN,
+      outside: isOutside, isLive });
+  }
+
+  /** What was shown before, over s ago, as far as this page missed it. */
+  recall({ ago, insertion, tension, clearance, in_range: inRange, live }, now, missed) {
+    ago.forEach((each, i) => {
+      if (each >= missed) return;
+      this.keep({ now: now - each, insertion: insertion[i], tension: tension[i], clearance: clearance[i], isOutside: !inRange[i], isLive: live[i] });
+    });
   }
 
   /** The same again within a moment is one mark with a count, as long as it goes on. */
@@ -59,10 +73,11 @@ export class Strip {
     context.strokeStyle = theme[key];
     context.lineWidth = 1.6;
     context.beginPath();
-    let isDown = false;
+    let last = null; // that the line goes on from: not from a record to the live session, nor over a gap
     for (const sample of this.samples) {
-      if (isNumber(sample[key])) context[isDown ? "lineTo" : "moveTo"](x(sample.now), y(sample[key]));
-      isDown = isNumber(sample[key]);
+      const goesOn = last && last.isLive === sample.isLive && sample.now - last.now < GAP;
+      if (isNumber(sample[key])) context[goesOn ? "lineTo" : "moveTo"](x(sample.now), y(sample[key]));
+      last = isNumber(sample[key]) ? sample : null;
     }
     context.stroke();
     caption(context, name, `${fixed(this.samples.at(-1)?.[key], digits)} ${unit}`, { middle: top + lane / 2, isFlat: lane < 32 }, theme, theme[key]);

@@ -14,7 +14,10 @@ export class ViewBar {
   camera(name) {
     const button = element("button", { type: "button", ariaLabel: name === "Whole" ? "See the whole phantom" : `Look from ${name.toLowerCase()}` }, name);
     button.dataset.camera = name;
-    button.addEventListener("click", () => this.stage.cameras.go(name));
+    button.addEventListener("click", () => {
+      this.stage.cameras.go(name);
+      byId("view").parentElement.classList.toggle("is-above", name === "Cranial");
+    });
     return button;
   }
 

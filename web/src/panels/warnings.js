@@ -1,8 +1,9 @@
 // Warnings in plain sentences over the view. Read aloud once when they appear, not at each change of a number.
 
-import { capital, reasonOf } from "../units.js";
+import { capital } from "../units.js";
 import { element, setText } from "./elements.js";
 
+const HELD_MS = 1000; // that a limit must be kept for, before the banner goes: a noisy one must not flicker
 const RANK = { limit: 0, warning: 1, info: 2 };
 
 export class Warnings {
@@ -18,7 +19,8 @@ export class Warnings {
   }
 
   showBanner(lost, state) {
-    const isOutside = state && state.in_range === false;
+    if (state?.in_range === false) this.outside = performance.now();
+    const isOutside = state && performance.now() - (this.outside ?? -Infinity) < HELD_MS;
     const text = lost || (isOutside ? "Outside the model’s range: shape and forces are not to be trusted." : "");
     this.banner.hidden = !text;
     this.banner.dataset.kind = lost ? "lost" : "range";
@@ -30,6 +32,7 @@ export class Warnings {
     const row = this.rows.get(code) ?? this.add(code);
     row.dataset.severity = severity;
     setText(row, capital(text));
+    row.title = capital(text); // where there is room for its beginning only
   }
 
   add(code) {
@@ -46,7 +49,7 @@ export class Warnings {
 }
 
 function collect(state) {
-  const blocked = state?.blocked && !state.fault ? [{ code: "blocked", text: `Refused: ${reasonOf(state.blocked)}`, severity: "limit" }] : [];
+  const blocked = state?.blocked && !state.fault ? [{ code: "blocked", text: state.blocked, severity: "limit" }] : [];
   const warnings = [...(state?.warnings ?? [])].sort((a, b) => (RANK[a.severity] ?? 3) - (RANK[b.severity] ?? 3));
   return [...blocked, ...warnings].slice(0, 4);
 }

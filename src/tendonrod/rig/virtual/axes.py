@@ -122,7 +122,8 @@ class VirtualAxis:
             if not is_there:
                 self._tell(0.0, True)
         if is_there:
-            self._zero, self._homed = float(self._rng.normal(0.0, self._drive.model.home_error)), True
+            jump = self._jump()  # the encoder counts from its reference anew, whatever it had jumped by
+            self._zero, self._homed = float(self._rng.normal(0.0, self._drive.model.home_error)) + jump, True
 
     def _sought(self, should_stop: Callable[[], bool]) -> bool:
         """Moved to the reference; False where it was stopped on the way."""
@@ -147,12 +148,13 @@ class VirtualAxis:
             self._drive.command(velocity, self._world.time, hard)
 
     def _position(self) -> float:
-        count, jump = (
-            self._drive.model.resolution,
-            self._world.schedule.active(InjectionKind.ENCODER_JUMP, self._world.time, self.name),
-        )
-        position = self._drive.motor - self._zero + (jump.value if jump else 0.0)
+        count, position = self._drive.model.resolution, self._drive.motor - self._zero + self._jump()
         return round(position / count) * count if count else position
+
+    def _jump(self) -> float:
+        """By how much the encoder is off by an injection, m or rad."""
+        jump = self._world.schedule.active(InjectionKind.ENCODER_JUMP, self._world.time, self.name)
+        return jump.value if jump else 0.0
 
     def _answer(self) -> None:
         self._world.catch_up()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import inf
 
 import numpy as np
 
@@ -23,11 +24,12 @@ class VirtualBench(Bench):
     world: World
 
 
-def virtual_bench(setup: VirtualSetup, seed: int, real_time: bool = False) -> VirtualBench:
+def virtual_bench(setup: VirtualSetup, seed: int, real_time: bool = False, ahead: float = inf) -> VirtualBench:
     """Open a virtual bench: faster than real time, or in step with it.
 
     The same setup and seed give the same bench, bit for bit, as long as the same is asked of it at the same times; in
-    real time the machine's own clock comes in. Each device draws from a stream of its own. Raises `InvalidInput`.
+    real time the machine's own clock comes in. Each device draws from a stream of its own. ahead: see `VirtualClock`.
+    Raises `InvalidInput`.
     """
     if not isinstance(setup, VirtualSetup):
         raise InvalidInput("setup", setup, "a VirtualSetup")
@@ -35,7 +37,7 @@ def virtual_bench(setup: VirtualSetup, seed: int, real_time: bool = False) -> Vi
     world = World(setup)
     if setup.tracker is not None:
         world.tracker = VirtualTracker(setup.tracker, world, streams[4])
-    clock = VirtualClock(world, real_time)
+    clock = VirtualClock(world, real_time, ahead)
     axes = {name: VirtualAxis(name, world, clock, rng) for name, rng in zip(AXES, streams, strict=False)}
     cell = VirtualLoadCell(setup.load_cell, world, streams[3])
     name = f"virtual bench with {setup.robot.name}, torsion {setup.robot.torsion}"
