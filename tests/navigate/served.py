@@ -64,6 +64,13 @@ class Page:
         self.seq += 1
         self.send("jog", seq=self.seq, insertion=insertion, rotation=rotation, tension=tension, hold=hold)
 
+    def hold_for(self, seconds: float, **shares: float) -> None:
+        """Hold a command for so long, 30 times a second."""
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            self.jog(**shares)
+            time.sleep(1 / 30)
+
     def take(self) -> None:
         self.send("take")
         self.wait("control", lambda each: each["you"])

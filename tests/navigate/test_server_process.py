@@ -7,7 +7,6 @@ import signal
 import socket
 import subprocess
 import sys
-import time
 from contextlib import contextmanager
 
 import httpx
@@ -42,10 +41,7 @@ def steered(url):
     with connect(url.replace("http", "ws") + "ws", max_queue=None, close_timeout=0.2) as found:
         page = Page(found)
         page.take()
-        end = time.monotonic() + 1.0
-        while time.monotonic() < end:
-            page.jog(insertion=1.0, tension=0.5)
-            time.sleep(1 / 30)
+        page.hold_for(1.0, insertion=1.0, tension=0.5)
         yield page, page.wait("state", lambda each: each["insertion"] > 0.0)
 
 

@@ -21,14 +21,6 @@ def server(tmp_path):
         yield found
 
 
-def moves(page, seconds: float, **shares) -> None:
-    """Hold a command for so long, 30 times a second."""
-    end = time.monotonic() + seconds
-    while time.monotonic() < end:
-        page.jog(**shares)
-        time.sleep(1 / 30)
-
-
 def insertion(server) -> float:
     return server.session.snapshot.insertion
 
@@ -36,7 +28,7 @@ def insertion(server) -> float:
 def test_the_operator_moves_and_what_it_sees_is_what_is(server):
     page = server.connect()
     page.take()
-    moves(page, 0.3, insertion=1.0)
+    page.hold_for(0.3, insertion=1.0)
     page.jog(hold=False)
     state = page.settled()
     assert state["insertion"] == pytest.approx(insertion(server), abs=1e-6)
@@ -55,7 +47,7 @@ def test_who_watches_cannot_steer(server):
     for command in ({"type": "reset"}, {"type": "coupling", "on": False}, {"type": "record", "on": False}):
         second.send(**{"kind": command.pop("type"), **command})
         assert "has control" in second.wait("error")["text"]
-    moves(second, 0.2, insertion=1.0)
+    second.hold_for(0.2, insertion=1.0)
     second.settled()
     assert insertion(server) == 0.0
     assert not server.session.moved
@@ -67,7 +59,7 @@ def test_control_is_released_and_taken(server):
     first.send("release")
     assert second.wait("control", lambda each: each["operator"] is None)["watchers"] == 2
     second.take()
-    moves(second, 0.1, rotation=1.0)
+    second.hold_for(0.1, rotation=1.0)
     second.settled()
     assert server.session.snapshot.rotation > 0.0
 
@@ -166,7 +158,7 @@ def test_a_huge_message_ends_the_connection_only(server):
 def test_a_client_that_does_not_read_holds_nobody_up(server):
     slow, page = server.connect(max_queue=1), server.connect()
     page.take()
-    moves(page, 1.0, rotation=1.0)
+    page.hold_for(1.0, rotation=1.0)
     page.jog(hold=False)
     assert page.settled()["rotation"] == pytest.approx(server.session.snapshot.rotation, abs=1e-5)
     slow.socket.close()
@@ -178,7 +170,7 @@ def test_the_tube_is_placed_retracted_only_and_what_is_left_out_stays(server):
     page.send("place", tube={"tilt": 0.3})
     page.wait("event", lambda each: "placed" in each["text"])
     assert page.wait("state", lambda each: each["tube"]["tilt"] == 0.3)["tube"]["depth"] == 4.9e-3
-    moves(page, 0.1, insertion=1.0)
+    page.hold_for(0.1, insertion=1.0)
     page.settled()
     page.send("place", tube={"tilt": 0.1})
     assert "0 while the outer tube is placed" in page.wait("error")["text"]
@@ -194,7 +186,7 @@ def test_rates_and_coupling_go_to_everybody(server):
     assert watcher.wait("settings")["rates"] == {"insertion": 1e-3, "rotation": 0.1, "tension": 0.05}
     page.send("coupling", on=False)
     assert watcher.wait("settings")["coupled"] is False
-    moves(page, 0.3, insertion=1.0)
+    page.hold_for(0.3, insertion=1.0)
     page.settled()
     assert {jog.insertion for jog, _ in server.session.moved} == {1e-3}
 
@@ -214,7 +206,7 @@ def test_a_target_is_told_when_it_is_reached(server):
 def test_a_reload_finds_the_session_where_it_was(server):
     page = server.connect()
     page.take()
-    moves(page, 0.2, insertion=1.0)
+    page.hold_for(0.2, insertion=1.0)
     before = page.settled()
     page.socket.close()
     again = server.connect()

@@ -21,14 +21,6 @@ def server(tmp_path):
         yield found
 
 
-def moves(page, seconds: float, **shares) -> None:
-    """Hold a command for so long, 30 times a second."""
-    end = time.monotonic() + seconds
-    while time.monotonic() < end:
-        page.jog(**shares)
-        time.sleep(1 / 30)
-
-
 def test_silence_stops(server):
     page = server.connect()
     page.take()
@@ -42,7 +34,7 @@ def test_silence_stops(server):
 def test_everything_else_stops_too(server, end):
     watcher, page = server.connect(), server.connect()
     page.take()
-    moves(page, 0.1, insertion=1.0)
+    page.hold_for(0.1, insertion=1.0)
     page.jog(insertion=1.0)
     if end == "close":
         page.socket.close()
@@ -65,11 +57,11 @@ def test_everything_else_stops_too(server, end):
 def test_a_stop_by_somebody_else_holds_though_the_key_stays_down(server):
     watcher, page = server.connect(), server.connect()
     page.take()
-    moves(page, 0.2, insertion=1.0)
+    page.hold_for(0.2, insertion=1.0)
     watcher.send("stop")
     page.wait("control", lambda each: not each["you"])
     moved = len(server.session.moved)
-    moves(page, 0.4, insertion=1.0)
+    page.hold_for(0.4, insertion=1.0)
     assert "nobody has control" in page.wait("error")["text"]
     assert len(server.session.moved) == moved
     page.take()
@@ -116,7 +108,7 @@ def test_what_is_held_through_a_stop_or_a_change_must_be_let_go_first(server, wh
     monkeypatch.setattr(hub, "DEADLINE", 60.0)  # on a loaded machine this page may fall silent, which is letting go
     page = server.connect()
     page.take()
-    moves(page, 0.2, rotation=1.0)
+    page.hold_for(0.2, rotation=1.0)
     if what == "nonsense":
         page.socket.send(what)
     else:
@@ -126,10 +118,10 @@ def test_what_is_held_through_a_stop_or_a_change_must_be_let_go_first(server, wh
     page.wait("pong")
     time.sleep(0.05)  # a step that had begun
     moved = len(server.session.moved)
-    moves(page, 0.4, rotation=1.0)
+    page.hold_for(0.4, rotation=1.0)
     assert len(server.session.moved) == moved
     page.jog(hold=False)
-    moves(page, 0.2, rotation=1.0)
+    page.hold_for(0.2, rotation=1.0)
     assert len(server.session.moved) > moved
 
 
@@ -140,7 +132,7 @@ def test_a_defect_in_a_step_stops_the_robot_and_not_the_server(server, caplog):
     page.jog(insertion=1.0)
     assert "failed inside the program" in page.wait("event", lambda each: each["severity"] == "limit")["text"]
     server.session.fail = False
-    moves(page, 0.2, insertion=1.0)
+    page.hold_for(0.2, insertion=1.0)
     assert page.settled()["insertion"] > 0.0
     assert "ZeroDivisionError" in caplog.text
 
@@ -149,12 +141,12 @@ def test_nothing_moves_once_the_end_of_the_server_is_asked_for(tmp_path):
     with served(PretendSession(), tmp_path) as server:
         page = server.connect()
         page.take()
-        moves(page, 0.2, insertion=1.0)
+        page.hold_for(0.2, insertion=1.0)
         server.ending.end()
         assert eventually(lambda: server.service.is_ending)
         moved = len(server.session.moved) + 1  # a step that had begun
         with contextlib.suppress(ConnectionClosed):
-            moves(page, 0.5, insertion=1.0)
+            page.hold_for(0.5, insertion=1.0)
         assert len(server.session.moved) <= moved
 
 
