@@ -2,6 +2,7 @@
 
 import json
 import os
+import signal
 from pathlib import Path
 
 import pytest
@@ -10,6 +11,8 @@ from tendonrod.cli import main
 
 os.environ.setdefault("TENDONROD_CACHE", str(Path(__file__).parents[1] / ".pytest_cache" / "distances"))
 NOTICES = ("tendonrod: compiling ", "tendonrod: computing the distances ")  # by whichever test comes first
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # as in the background; what tests start would inherit it
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture
