@@ -1,9 +1,11 @@
 """How fast a session steps, free and in contact, and whether an hour of it leaves memory flat.
 
-    python benchmarks/navigation.py [--steps N] [--phantom NAME]... [--soak SECONDS]
+    python benchmarks/navigation.py [--steps N] [--random N] [--phantom NAME]... [--soak SECONDS]
 
 ExoNav 1 is steered at 200 steps per second of the session. "free": inserted at 0.4 N through the dorsal space.
 "contact": at 0.7 N, wound onto cord or dura, then jogged in and out and round there, so that every step solves contact.
+"random": keys pressed at random, more often inwards than outwards, at the page's 60 steps per second, and of these the
+steps in which a move was refused, each with the share of steps that took more than 16.7, 50 and 100 ms.
 Times of a step are told as wall time and as this thread's own CPU time, which other load on the machine changes less. A
 step is all that `Session.step` does: statics with gravity and contact, clearances, pressures, gauges; no record, no
 page.
@@ -29,7 +31,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 import tendonrod
-from tendonrod.navigate.commands import Jog
+from tendonrod.navigate.commands import Jog, Rates
 from tendonrod.navigate.metrics import Meter
 from tendonrod.navigate.record import SessionRecord
 from tendonrod.navigate.scenario import Scenario, load_scenario
@@ -41,6 +43,7 @@ TURN, RETURN, EASE = Jog(rotation=radians(20)), Jog(rotation=radians(-20)), Jog(
 Part = tuple[Jog, float]  # for how long, s
 ROUND = ((PUSH, 0.25), (TURN, 0.5), (BACK, 0.25), (RETURN, 0.5))
 TOUR = ((PULL, 6.0), (PUSH, 8.0), (TURN, 0.5), (RETURN, 1.0), (TURN, 0.5), (Jog(), 1.0), (BACK, 8.2), (EASE, 6.2))
+FRAME, OVER = 1.0 / 60.0, (16.7, 50.0, 100.0)  # s; ms
 GROWTH = 4.0  # MB after the first tenth
 LOOKS = 60  # at the memory
 MIDLINE = {"offset": 0.0, "tilt": radians(21), "lean": 0.0}  # an outer tube from which the robot winds onto the cord
@@ -70,6 +73,28 @@ def timed(session: Session, steps: int, parts: Sequence[Part]) -> np.ndarray:
         if len(rows) == steps:
             return np.array(rows)
     raise AssertionError
+
+
+def keys(rng: np.random.Generator) -> Iterator[Jog]:
+    """Of a page on which keys are pressed at random, each choice for 0.2 to 1 s."""
+    while True:
+        way = rng.choice([-1, 0, 1], size=3, p=[0.25, 0.25, 0.5])
+        turn = rng.choice([-1, 1]) * way[1]
+        jog = Rates().jog(float(way[0]), float(turn), float(way[2]))
+        yield from [jog] * int(rng.integers(12, 61))
+
+
+def wander(name: str, scenario: Scenario, steps: int) -> None:
+    """Two lines: of all steps, and of those refused."""
+    session, times, refused = Session(scenario), np.empty(steps), np.empty(steps, bool)
+    for k, jog in zip(range(steps), keys(np.random.default_rng(0)), strict=False):
+        begun = time.perf_counter()
+        refused[k] = bool(session.step(jog, FRAME).blocked)
+        times[k] = 1e3 * (time.perf_counter() - begun)
+    for what, some in (("all", times), ("refused", times[refused])):
+        median, high, most = np.percentile(some, [50, 99, 100])
+        over = "  ".join(f"{100.0 * np.mean(some > limit):5.2f} % > {limit:.3g} ms" for limit in OVER)
+        print(f"{name:22}{what:8}{some.size:6} steps, {median:5.2f} {high:6.1f} {most:6.1f} ms; {over}")
 
 
 def report(name: str, rows: np.ndarray) -> None:
@@ -130,6 +155,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description="Steps per second of a session.")
     parser.add_argument("--steps", type=int, default=600, help="measured in each case")
     parser.add_argument("--phantom", action="append", help="printed and anatomical if left out")
+    parser.add_argument("--random", type=int, default=5000, help="steps with keys pressed at random")
     parser.add_argument("--soak", type=float, metavar="SECONDS", help="of a session, in place of the speed")
     asked = parser.parse_args()
     load = ", ".join(f"{each:.1f}" for each in os.getloadavg())
@@ -139,6 +165,9 @@ def main() -> int:
     if asked.soak is not None:
         return 0 if soak(phantoms[0], asked.soak) else 1
     speed(phantoms, asked.steps)
+    print(f"\n{'keys at random':42}median   99 %    max")
+    for phantom in phantoms:
+        wander(phantom, pressing(phantom), asked.random)
     return 0
 
 

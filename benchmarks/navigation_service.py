@@ -8,7 +8,8 @@ part of the result. Latency is from sending a command to the arrival of the firs
 
 Courses: "free" starts from the outer tube's usual place; "pressed" from the midline, tilted so that the robot winds on
 to the cord, where it is pressed on, in the printed phantom until it is refused, and drawn back while the rest goes on.
-"new" are states that tell a later step than the one before.
+"new" are states that tell a later step than the one before. Measured from the first state of a server that has loaded
+its compiled code.
 """
 
 from __future__ import annotations
@@ -66,6 +67,7 @@ async def measure(url: str, pages: int, seconds: float) -> None:
     sockets = [await connect(url, max_queue=None) for _ in range(pages)]
     found: list[list[Arrival]] = [[] for _ in sockets]
     await take(sockets[0])
+    await until(sockets[0], lambda state: state["index"] > 0)  # compiled code is loaded
     watching = [asyncio.ensure_future(watch(*each)) for each in zip(sockets, found, strict=True)]
     await steer(sockets[0], seconds)
     for each in watching:

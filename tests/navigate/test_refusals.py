@@ -47,7 +47,7 @@ def test_a_refused_move_is_refused_again_in_the_same_words_without_a_solve(stuck
     assert solves
     solves.clear()
     assert first.blocked
-    for dt, share in ((STEP, 1.0), (1.3 * STEP, 1.0), (0.7 * STEP, 1.0), (STEP, 1.01)):
+    for dt, share in ((STEP, 1.0), (0.3 * STEP, 1.0), (1.3 * STEP, 1.0), (0.7 * STEP, 1.0), (STEP, 1.01)):
         jog = Jog(insertion=share * PUSH.insertion, rotation=0.01 * (share - 1.0))
         again = stuck.step(jog, dt)
         assert again.blocked.partition(": ")[2] == first.blocked.partition(": ")[2]  # before it stands what was asked
@@ -58,7 +58,7 @@ def test_a_refused_move_is_refused_again_in_the_same_words_without_a_solve(stuck
 
 
 @pytest.mark.parametrize(
-    "jog", [replace(PUSH, insertion=0.3 * PUSH.insertion), replace(PUSH, rotation=0.2), Jog(rotation=0.2), BACK]
+    "jog", [replace(PUSH, insertion=0.1 * PUSH.insertion), replace(PUSH, rotation=0.2), Jog(rotation=0.2), BACK]
 )
 def test_another_move_and_a_much_shorter_one_are_tried(stuck, solves, jog):
     stuck.step(PUSH, STEP)
@@ -94,21 +94,24 @@ def test_what_withdraws_goes_on_while_the_rest_is_tried_more_and_more_seldom(stu
     assert any(each.insertion > stuck.snapshot.insertion for each in solves)  # who asks anew need not wait
 
 
-def test_a_withdrawal_that_small_steps_refuse_is_made_by_a_whole_stride(monkeypatch):
+@pytest.mark.parametrize("strides", [1, 2, 4, 32, 64])
+def test_a_retraction_that_small_steps_refuse_is_made_by_whole_strides(monkeypatch, strides):
     session = Session(scenario())
     session.step(Jog(tension=0.5), 1.0)
     before, real = session.step(PUSH, 1.0), mechanics._solved
     length = session.scenario.robot.length_na
 
     def sharp(here, posture, *rest):
-        near = abs(before.insertion - posture.insertion) * length < 0.9 * mechanics.STRIDE["insertion"]
-        return (None, "an edge") if near else real(here, posture, *rest)
+        near = abs(before.insertion - posture.insertion) * length < 0.9 * strides * mechanics.STRIDE["insertion"]
+        return (None, "an edge") if near and posture.insertion else real(here, posture, *rest)
 
     monkeypatch.setattr(mechanics, "_solved", sharp)
     assert "an edge" in session.step(Jog(insertion=3e-3), STEP).blocked
     shown = session.step(Jog(insertion=-3e-3), STEP)
     assert shown.blocked == ""
-    assert before.exposed - shown.exposed == pytest.approx(mechanics.STRIDE["insertion"])
+    assert before.exposed - shown.exposed == pytest.approx(min(strides * mechanics.STRIDE["insertion"], before.exposed))
+    if shown.exposed == 0.0:
+        return
     monkeypatch.setattr(mechanics, "_solved", real)
     after = session.step(Jog(insertion=-3e-3), STEP)  # from there, not from where it had asked to be
     assert shown.exposed - after.exposed == pytest.approx(3e-3 * STEP, rel=0.01)
@@ -136,10 +139,20 @@ def test_a_withdrawal_that_leads_nowhere_is_not_tried_again_from_there_either(st
     assert stuck.snapshot.tension[0] < at
 
 
-def test_a_whole_stride_goes_no_further_than_nothing():
+def test_letting_go_and_turning_back_are_lengthened_by_no_more_than_a_stride(stuck, solves, monkeypatch):
+    monkeypatch.setattr(
+        mechanics, "_solved", lambda here, posture, *rest: (solves.append(posture), (None, "an edge"))[1]
+    )
+    at = stuck.snapshot.posture
+    assert stuck.step(Jog(tension=-0.05), STEP).blocked
+    assert at.tension[0] - min(each.tension[0] for each in solves) == pytest.approx(mechanics.STRIDE["tension"])
+    assert stuck.snapshot.posture == at
+
+
+def test_a_longer_withdrawal_goes_no_further_than_nothing():
     start = replace(scenario_posture(), insertion=1e-3, tension=(2e-3,), rotation=radians(0.1))
     goal = replace(start, insertion=0.9e-3, tension=(1e-3,), rotation=radians(0.09))
-    found = mechanics._whole(scenario(), start, goal)
+    found = mechanics._lengthened(scenario(), start, goal, 1)
     assert (found.tension, found.insertion) == ((0.0,), 0.0)
     assert 0.0 <= found.rotation <= start.rotation
 

@@ -10,7 +10,7 @@ from tendonrod.errors import InvalidInput
 from tendonrod.navigate.commands import Jog
 from tendonrod.navigate.dead_man import DEADLINE
 from tendonrod.navigate.mechanics import STRIDE
-from tendonrod.navigate.pilot import LONGEST, MOST_REQUESTS, PERIOD, STILL, STRIDES, Pilot
+from tendonrod.navigate.pilot import BEHIND, LONGEST, MOST_REQUESTS, PERIOD, STILL, STRIDES, Pilot
 
 IN = Jog(insertion=1e-3)
 
@@ -33,7 +33,8 @@ class Bridge:
             if held is not None and self.now - sent >= every:
                 self.pilot.hold(held)
                 sent = self.now
-            self.now += min(max(self.pilot.tick(), 1e-4), 0.005)
+            wait = self.pilot.tick()  # in which steps may let the clock run on
+            self.now += min(max(wait, 1e-4), 0.005)
 
 
 @pytest.fixture
@@ -55,6 +56,32 @@ def test_states_come_at_60_hz_while_moving_and_above_10_hz_when_still(bridge):
     before = len(bridge.shown)
     bridge.run(1.0)
     assert 10 <= len(bridge.shown) - before <= 14
+
+
+def test_states_that_a_long_step_kept_back_are_made_up_for_and_motion_stays_real_time(bridge):
+    """Of every 20 steps one takes 70 ms, as those do that find that a move leads nowhere."""
+    quick = bridge.session.step
+
+    def step(jog, dt):
+        bridge.now += 0.07 if len(bridge.shown) % 20 == 0 else 0.002
+        return quick(jog, dt)
+
+    bridge.session.step = step
+    bridge.run(2.0, IN)
+    assert 119 <= len(bridge.shown) <= 122
+    assert sum(dt for _, dt in bridge.session.moved) == pytest.approx(2.0 - 6 * (0.07 - LONGEST), abs=3 * PERIOD)
+
+
+def test_a_step_that_took_longer_than_can_be_made_up_for_is_not(bridge):
+    quick, long = bridge.session.step, 5 * BEHIND
+
+    def step(jog, dt):
+        bridge.now += long if len(bridge.shown) == 30 else 0.0
+        return quick(jog, dt)
+
+    bridge.session.step = step
+    bridge.run(2.0, IN)
+    assert len(bridge.shown) == pytest.approx((2.0 - long + BEHIND) / PERIOD, abs=2)
 
 
 def test_silence_stops_within_the_deadline_and_is_told(bridge):

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from tendonrod import InvalidInput, load_robot, solve
-from tendonrod.statics.neighbour import Effort, neighbour
+from tendonrod.statics.neighbour import Effort, motion, neighbour
+from tendonrod.statics.newton import NewtonSolution
 from tendonrod.statics.shape import Status
 from tendonrod.surface import Plane
 
@@ -46,6 +47,50 @@ def test_what_takes_more_steps_is_refused(robot):
     content = neighbour(robot, 0.7, None, 21, Effort(most_steps=40, content=1e-6), **asked)
     assert content.converged
     assert 1e-12 < content.error_estimate < 1e-6
+
+
+def test_a_start_on_a_finer_grid_than_allowed_is_refused_without_a_solve(robot, monkeypatch):
+    asked = {"gravity": GRAVITY, "accuracy": 1e-12}
+    start = neighbour(robot, 0.4, None, 21, Effort(most_steps=320, content=1e-6), **asked)
+    assert start.steps == 320
+    ran = []
+    monkeypatch.setattr(NewtonSolution, "run", lambda self, start: ran.append(self))
+    assert neighbour(robot, 0.41, start, 21, Effort(most_steps=160), **asked).status is Status.TOO_FINE
+    assert not ran
+
+
+@pytest.mark.parametrize("samples", [21, 48])
+def test_what_two_grids_find_far_away_is_given_without_finer_ones(robot, samples):
+    """The tip goes round by 30 degrees, which is some 10 mm."""
+    asked = {"gravity": GRAVITY, "rotation": radians(30.0), "accuracy": 1e-12}
+    start = neighbour(robot, 0.4, None, samples, gravity=GRAVITY)
+    near, far = (
+        neighbour(robot, 0.4, start, 21, Effort(farthest=each, content=1e-6), **asked) for each in (20e-3, 5e-3)
+    )
+    assert 5e-3 < np.linalg.norm(near.tip - start.tip) < 20e-3
+    assert far.converged
+    assert far.steps < near.steps == 160
+    assert np.linalg.norm(far.tip - near.tip) < 4.0 * far.error_estimate
+
+
+def test_finer_grids_are_allowed_fewer_looks_at_the_surface(robot, monkeypatch):
+    wall, allowed, real = Plane(point=(0.0, 6e-3, 0.0), normal=(0.0, -1.0, 0.0)), {}, NewtonSolution.run
+
+    def noted(self, start):
+        allowed[self.problem.steps] = self.most_looks
+        return real(self, start)
+
+    monkeypatch.setattr(NewtonSolution, "run", noted)
+    neighbour(robot, 0.4, None, 21, Effort(most_looks=24), surface=wall, accuracy=1e-8, contact_tolerance=1e-8)
+    assert {steps: allowed[steps] for steps in (20, 40, 80, 160)} == {20: 24, 40: 24, 80: 24, 160: 12}
+
+
+def test_motion_is_the_largest_of_the_axis(robot):
+    start, turned = (neighbour(robot, 0.4, None, 21, rotation=turn) for turn in (0.0, 0.1))
+    chord = 2.0 * np.sin(0.05) * np.hypot(*start.centerline[:, :2].T).max()
+    assert motion(start, turned) == pytest.approx(chord, rel=1e-6)
+    retracted = neighbour(robot, 0.4, None, 21, insertion=0.0)
+    assert motion(retracted, start) == pytest.approx(robot.length_na)
 
 
 def test_input_is_checked(robot):

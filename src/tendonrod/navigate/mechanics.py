@@ -14,7 +14,7 @@ from math import ceil, inf, radians
 import numpy as np
 
 from ..errors import InvalidInput
-from ..statics.neighbour import Effort, neighbour
+from ..statics.neighbour import Effort, motion, neighbour
 from ..statics.shape import Shape, Status
 from .commands import Jog, Posture
 from .scenario import Scenario
@@ -25,13 +25,16 @@ STRIDE = {"insertion": 0.25e-3, "rotation": radians(1.0), "tension": 0.01}  # m,
 SNAP = 1e-3  # m, motion of the body in one solve that small steps cannot explain
 LOOSE = 0.3e-3  # m, error to be content with in contact, as on sharp edges of a wall; `observation` tells
 LOOKS, FAR_LOOKS = 24, 48  # at the walls, of one solve
-CHECKED, TRUSTED = (Effort(content=LOOSE, most_steps=80, is_checked=each, most_looks=LOOKS) for each in (True, False))
+CHECKED, TRUSTED = (
+    Effort(content=LOOSE, most_steps=80, is_checked=each, most_looks=LOOKS, farthest=SNAP) for each in (True, False)
+)
 FAR = Effort(content=LOOSE, most_steps=160, most_looks=FAR_LOOKS)  # where a robot is let snap
 CHECKED_EVERY = 8  # shapes, of which one is solved on two grids to know its error
 WHY_NOT = {
     Status.STALLED: "no equilibrium is found near the present one, the robot would fold or snap away",
     Status.TOO_FINE: f"the contact cannot be computed to {1e3 * LOOSE:g} mm, so where the robot would go is not known",
 }
+LONGER = tuple(2**k for k in range(13))  # strides of retractions tried where the one asked for leads nowhere: to 1 m
 QUARTERS = 4  # parts in which a stride is tried where the whole is refused
 
 
@@ -135,7 +138,7 @@ def _part(scenario: Scenario, body: Body, goal: Posture, is_whole: bool) -> Trav
     shape, why = _solved(scenario, goal, body.shape, TRUSTED if trusts else CHECKED)
     if shape is None:
         return Travel(body=body, refused=why)
-    leap = _leap(body, shape)
+    leap = motion(body.shape, shape)
     if leap > SNAP:
         return Travel(body=body, refused=f"the robot would snap away by {1e3 * leap:.2g} mm")
     return Travel(body=Body(posture=goal, shape=shape, trusted=body.trusted + 1 if trusts else 0))
@@ -144,21 +147,27 @@ def _part(scenario: Scenario, body: Body, goal: Posture, is_whole: bool) -> Trav
 def _snap(scenario: Scenario, travel: Travel, goal: Posture, allowed: float) -> Travel:
     """To ``goal``, down in energy from the last shape wherever that leads, but no further than ``allowed`` (m).
 
-    Where any way is allowed, a whole stride in that direction is tried before, as it often leads over the edge.
+    Where any way is allowed, a whole stride in that direction is tried too, as it often leads over the edge, and longer
+    and longer ones of a retraction, at last into the outer tube, so that an operator gets out of everywhere.
     """
+    start, goals = travel.body.posture, [goal]
     if allowed == inf:
-        over = _part(scenario, travel.body, _whole(scenario, travel.body.posture, goal), is_whole=False)
+        most = len(LONGER) if goal.insertion < start.insertion else 1
+        longer = [_lengthened(scenario, start, goal, strides) for strides in LONGER[:most]]
+        over = _part(scenario, travel.body, longer[0], is_whole=False)
         if not over.refused:
             return over
-    shape, _ = _solved(scenario, goal, travel.body.shape, FAR)
-    if shape is None or (leap := _leap(travel.body, shape)) > allowed:
-        return travel
-    return Travel(body=Body(posture=goal, shape=shape), snapped=leap)
+        goals += longer
+    for each in goals:
+        shape, _ = _solved(scenario, each, travel.body.shape, FAR)
+        if shape is not None and (leap := motion(travel.body.shape, shape)) <= allowed:
+            return Travel(body=Body(posture=each, shape=shape), snapped=leap)
+    return travel
 
 
-def _whole(scenario: Scenario, start: Posture, goal: Posture) -> Posture:
-    """A withdrawal to ``goal`` made as long as a stride, where there is that much left to withdraw."""
-    share = max(1.0, 1.0 / float(np.abs(apart(scenario, start, goal)).max()))
+def _lengthened(scenario: Scenario, start: Posture, goal: Posture, strides: float) -> Posture:
+    """A withdrawal to ``goal`` made as long as so many strides, where there is that much left to withdraw."""
+    share = max(1.0, strides / float(np.abs(apart(scenario, start, goal)).max()))
     return Posture(
         insertion=max(0.0, start.insertion + share * (goal.insertion - start.insertion)),
         rotation=goal.rotation if share * abs(goal.rotation - start.rotation) > abs(start.rotation)
@@ -184,12 +193,3 @@ def _solved(
     if shape.stable is False:
         return None, "the equilibrium is unstable, the robot would buckle away from it"
     return shape, ""
-
-
-def _leap(body: Body, shape: Shape) -> float:
-    """Largest motion of the body between two shapes, point by point of equal share of the length, m."""
-    before, after = body.axis, shape.centerline
-    if before.shape != after.shape:  # one of them is retracted
-        return abs(body.shape.length - shape.length)
-    step = after - before
-    return float(np.sqrt(np.einsum("ij,ij->i", step, step).max()))

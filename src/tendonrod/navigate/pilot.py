@@ -28,6 +28,8 @@ PERIOD = 1.0 / 60.0  # s, of a step and of a state to the clients while somethin
 STILL = 0.08  # s, of the same while nothing does
 SHORTEST = 1e-3  # s of motion in one step, right after a late one
 LONGEST = 3.0 * PERIOD  # s of motion in one step: a late step moves no further
+BEHIND = 0.2  # s: states that a long step has kept back are made up for, as many as belong in so long
+HASTE = 0.5 * PERIOD  # s, from one such state to the next
 STRIDES = 5  # of the mechanics in one step, so that it takes no longer than its period: beyond 300 deg/s it is slower
 MOST_REQUESTS = 32
 FAILED = "the step failed inside the program, and nothing moved; the server's log has the details"
@@ -51,8 +53,8 @@ class Frame(NamedTuple):
 class Pilot:
     """The only one who touches the session.
 
-    show: called with a `Frame` at 60 Hz while something moves, else at 12 Hz. tell: called with a severity and a
-    sentence. runs_still: whether the session's clock runs on while nothing moves. Both are called on this thread.
+    show: called with a `Frame`, on average at 60 Hz while something moves, else at 12 Hz. tell: called with a severity
+    and a sentence. runs_still: whether the session's clock runs on while nothing moves. All are called on this thread.
     """
 
     def __init__(
@@ -69,7 +71,7 @@ class Pilot:
         self._show, self._tell, self._runs_still = show, tell, runs_still
         self._requests: Queue[tuple[Callable[[], Any], Future[Any]]] = Queue(MOST_REQUESTS)
         self._film: Film | None = None
-        self._due = self._last = clock()
+        self._due = self._beat = self._last = clock()
         self._moving, self._failing, self._ended, self._wake = False, False, False, Event()
         self._thread = Thread(target=self._run, name="pilot", daemon=True)
 
@@ -195,7 +197,8 @@ class Pilot:
         command, dt = found
         snapshot = self.session.step(command, dt)
         self._failing = False
-        self._due = max(self._due, now - PERIOD) + PERIOD if self._moving else now + PERIOD
+        self._beat = (max(self._beat, now - BEHIND) if self._moving else now) + PERIOD
+        self._due = max(self._beat, now + HASTE)
         self._moving = not command.is_still
         self._show(Frame(snapshot, self._moving, "live"))
 

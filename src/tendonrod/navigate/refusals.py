@@ -14,18 +14,19 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .commands import Posture
-from .mechanics import Body, Travel, apart, withdrawal
+from .mechanics import QUARTERS, Body, Travel, apart, strides, withdrawal
 from .scenario import Scenario
 
 ALIKE = 0.05  # of their length: two moves that differ by less are one, as the noise of a stick differs
-SHORTER = 0.5  # of the length of a refused move, below which another may well succeed
+SHORTER = 0.5  # of the length of the shortest part that was refused, below which another may well succeed
 MOST = 8  # moves that are remembered
 LONGEST = 32  # steps from one try to the next
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Refused:
-    """move: in strides of `mechanics`. body: that stayed as it was, None where something was carried out.
+    """move: the shortest part that was tried, in strides of `mechanics`. body: that stayed as it was, None where
+    something was carried out.
 
     wait: steps until it is tried again, at first ``period``. stuck: body from which not even the withdrawal led on.
     """
@@ -72,7 +73,8 @@ class Refusals:
         if k is not None:
             period = min(2 * self._found.pop(k).period, LONGEST)
         stayed = body if travel.body is body else None
-        new = _Refused(move=move, why=travel.refused, body=stayed, wait=period, period=period)
+        part = move / (strides(scenario, body.posture, goal) * QUARTERS)
+        new = _Refused(move=part, why=travel.refused, body=stayed, wait=period, period=period)
         self._found = [*self._found[1 - MOST :], new]
 
     def add_stuck(self, scenario: Scenario, body: Body, goal: Posture) -> None:

@@ -6,6 +6,7 @@ and may end on another branch. A loop that runs in real time wants the branch it
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from math import inf
 from typing import Any
@@ -21,6 +22,8 @@ from .shape import Shape, Status
 from .solution import CONVERGED, RETRACTED, Solution
 
 TRUSTED = 0.25  # of the accuracy asked for: error of a start up to which its grid serves again
+LARGE = 80  # steps of a grid above which looks at the surface are so costly that there are fewer
+FEW_LOOKS = 8  # at the surface, on the grid of the start alone: where that is not enough, two grids tell more
 HELP = 0.5  # of an error that is left by twice the steps, above which more are no help
 PLENTY = 0.1  # of the accuracy asked for: error below which half the steps may do
 
@@ -32,14 +35,18 @@ class Effort:
     most_steps: of the finest grid. content: m, error to be content with where finer grids do not help, as where the
     robot slides over an edge that is sharper than they are; the shape's error_estimate tells. is_checked: False takes
     the grid and the error of the start for this shape's too, where that error is well below the accuracy, in about half
-    the time: for shapes so near that the error cannot have grown much. most_looks: at the surface on each
-    grid, before a solve is given up; those that arrive take 2, seldom more than 10, those that do not hundreds.
+    the time: for shapes so near that the error cannot have grown much. most_looks: at the surface on a grid of up to 80
+    steps, and in proportion fewer on a finer one, before a solve is given up; those that arrive take 2, seldom more
+    than 10, those that do not hundreds. farthest: m, motion of a sample from the start beyond which the shape is of no
+    use, as after a snap: where two grids agree on that, finer ones are spared, and the shape is given with the error
+    that it then has.
     """
 
     most_steps: int = 160  # 0.5 mm each of ExoNav 1
     content: float = 0.0
     is_checked: bool = True
     most_looks: float = inf
+    farthest: float = inf
 
 
 USUAL = Effort()
@@ -58,43 +65,77 @@ def neighbour(
         raise InvalidInput("start", start, "a Shape or None")
     solution = prepare(robot, tensions, **asked)
     s = np.linspace(0.0, solution.length, whole("samples", samples, 2) if solution.length >= RETRACTED else 1)
-    known = start is not None and start.converged and start.length >= RETRACTED
-    near = start._solution if start is not None and known else None
+    s.setflags(write=False)
     if solution.length < RETRACTED:
         status = Status.CONVERGED if solution.run(None) == CONVERGED else Status.STALLED
-    else:
-        solution, status = _found(NewtonSolution(problem_of(solution), most_looks=effort.most_looks), near, effort)
+        return _shape(robot, s, solution, status)
+    near = start if start is not None and start.converged and start.length >= RETRACTED else None
+
+    def is_far(found: NewtonSolution) -> bool:
+        if near is None or effort.farthest == inf:
+            return False
+        before = _shape(robot, np.linspace(0.0, near.length, s.size), near._solution, Status.CONVERGED)
+        return motion(before, _shape(robot, s, found, Status.CONVERGED)) > effort.farthest
+
+    asked_for = NewtonSolution(problem_of(solution))
+    return _shape(robot, s, *_found(asked_for, None if near is None else near._solution, effort, is_far))
+
+
+def _shape(robot: Robot, s: np.ndarray, solution: Solution | NewtonSolution, status: Status) -> Shape:
     rows = solution.rows(s) if status is Status.CONVERGED else np.full((s.size, 24), np.nan)
-    for array in (s, rows):
-        array.setflags(write=False)
+    rows.setflags(write=False)
     return Shape(robot=robot, s=s, status=status, load_factor=1.0, _rows=rows, _solution=solution)
 
 
+def motion(start: Shape, shape: Shape) -> float:
+    """Largest motion of the tube's axis from one shape to another, sample by sample, m; where one of them is retracted
+    and the other is not, the difference of their lengths.
+    """
+    before, after = start.centerline, shape.centerline
+    if before.shape != after.shape:
+        return abs(start.length - shape.length)
+    step = after - before
+    return float(np.sqrt(np.einsum("ij,ij->i", step, step).max()))
+
+
 def _found(
-    asked: NewtonSolution, near: Solution | NewtonSolution | None, effort: Effort
+    asked: NewtonSolution,
+    near: Solution | NewtonSolution | None,
+    effort: Effort,
+    is_far: Callable[[NewtonSolution], bool],
 ) -> tuple[NewtonSolution, Status]:
     """On the neighbour's grid alone, else on finer and finer grids until two agree."""
     request = asked.problem.request
     goal = asked.accuracy if request.surface is None else max(asked.accuracy, request.contact_tolerance)
     if near is not None and not effort.is_checked and near.error < TRUSTED * goal:
-        same = asked.again(near.steps)
+        same = _grid(asked, near.steps, min(effort.most_looks, FEW_LOOKS))
         if same.run(near) == CONVERGED and not _enters(same):
             same.error = near.error
             return same, Status.CONVERGED
-    coarse = asked.again(_first_steps(near, goal))
+    steps = _first_steps(near, goal)
+    coarse = _grid(asked, steps, effort.most_looks)
+    if 2 * steps > effort.most_steps:
+        return coarse, Status.TOO_FINE
     if coarse.run(near) != CONVERGED:
         return coarse, Status.STALLED
     while 2 * coarse.steps <= effort.most_steps:
-        fine = asked.again(2 * coarse.steps)
+        fine = _grid(asked, 2 * coarse.steps, effort.most_looks)
         if fine.run(coarse) != CONVERGED:
             return fine, Status.STALLED
         fine.error = _error(fine, coarse)
         helps = not fine.error > HELP * coarse.error  # NaN of the first
         last = not helps or 4 * coarse.steps > effort.most_steps
-        if fine.error <= goal or (fine.error <= effort.content and last):
+        if fine.error <= goal or (fine.error <= effort.content and last) or (is_far(coarse) and is_far(fine)):
             return fine, Status.CONVERGED
         coarse = fine
     return coarse, Status.TOO_FINE
+
+
+def _grid(asked: NewtonSolution, steps: int, looks: float) -> NewtonSolution:
+    """The same problem on a grid, unsolved; looks: see `Effort`."""
+    solution = asked.again(steps)
+    solution.most_looks = looks * min(1.0, LARGE / steps)
+    return solution
 
 
 def _first_steps(near: Solution | NewtonSolution | None, goal: float) -> int:
