@@ -48,6 +48,33 @@ def test_a_session_whose_drive_went_where_the_model_could_not_follow_replays(tmp
     assert replayed[1:] == [(each.index, each.blocked, digest(each)) for each in last]
 
 
+def test_a_robot_whose_next_shape_is_further_back_is_told_so_until_it_is_there(monkeypatch):
+    """Between 4 and 6 mm no shape is found: the model is ahead of a robot that is drawn in."""
+    real, length, session = mechanics._solved, round_phantom.scenario().robot.section.L, None
+
+    def gap(here, posture, *rest):
+        inside = session is not None and 4e-3 < posture.insertion * length < 6e-3
+        return (None, "the gap") if inside else real(here, posture, *rest)
+
+    monkeypatch.setattr(mechanics, "_solved", gap)
+    drive = Stubborn(round_phantom.scenario())
+    bare = Session(round_phantom.scenario(), drive)
+    bare.step(Jog(tension=0.5), 1.0)
+    bare.step(Jog(insertion=8e-3), 1.0)
+    session = bare
+    ahead = []
+    for _ in range(60):
+        shown = session.step(Jog(insertion=-6e-3), STEP)
+        robot = drive.posture.insertion * length
+        ahead += [robot - shown.exposed]
+        assert (4e-3 < robot < 6e-3) or not shown.blocked
+        assert ahead[-1] < mechanics.STRIDE["insertion"] or shown.blocked.startswith(
+            "the model cannot follow the robot"
+        )
+    assert max(ahead) > mechanics.STRIDE["insertion"]
+    assert ahead[-1] == pytest.approx(0.0, abs=1e-5)
+
+
 def test_a_robot_that_has_drawn_in_at_once_is_shown_so_without_the_way(monkeypatch):
     """As after a homing, of which a session sees the end."""
     drive = Stubborn(round_phantom.scenario())

@@ -7,7 +7,7 @@ from dataclasses import replace
 from ..errors import Fact, InvalidInput, TendonrodError, within
 from .commands import FASTEST, NAMES, Jog, Posture
 from .drive import Drive, IdealDrive, Untroubled, limited
-from .mechanics import SNAP, Body, Travel, move, rest
+from .mechanics import SNAP, STRIDE, Body, Travel, move, rest
 from .observation import observed
 from .outer_tube import OuterTube
 from .record import SessionRecord
@@ -158,12 +158,20 @@ class Session:
         self._body, self._snapped = travel.body, travel.snapped
         if travel.body.posture != goal and not self._drive.go_back(travel.body.posture):
             self._apart = goal
-        if not travel.refused:  # perhaps withdrawn over an edge, a little further than asked
+        why = travel.refused or self._ahead()
+        if not why:
             return self._drive.fault
         if self._apart is not None:
-            return f"the model cannot follow the robot: {travel.refused}"
+            return f"the model cannot follow the robot: {why}"
         left = [name for name in NAMES if getattr(travel.body.posture, name) != getattr(goal, name)]
         return f"{jog.words(left)} refused: {travel.refused}; go back, or another way"
+
+    def _ahead(self) -> str:
+        """Whether the shape shown is that of a robot withdrawn further than the real one, by more than a stride."""
+        if self._apart is None:
+            return ""
+        ahead = (self._apart.insertion - self._body.posture.insertion) * self.scenario.robot.length_na
+        return f"its next equilibrium has {1e3 * ahead:.1f} mm less out" if ahead > STRIDE["insertion"] else ""
 
     def _moved(self, goal: Posture) -> Travel:
         """Towards ``goal``; of what is known to be refused only the part that withdraws the robot, if any."""
