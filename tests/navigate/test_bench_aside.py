@@ -3,34 +3,24 @@
 import json
 import signal
 import subprocess
+import threading
 import time
 from dataclasses import replace
 
 import pytest
 
-from navigate import round_phantom
+from navigate.benches import start, virtual
 from tendonrod import InvalidInput
 from tendonrod.errors import TendonrodError
-from tendonrod.navigate.bench_aside import PROGRAM, BenchAside, _pickled
-from tendonrod.navigate.bench_process import Start
+from tendonrod.navigate.bench_aside import PROGRAM, BenchAside
 from tendonrod.navigate.commands import Jog
 from tendonrod.navigate.session import Session
-from tendonrod.rig.benches import VirtualSource
 from tendonrod.rig.virtual.injection import Injection
 from tendonrod.rig.virtual.setup import VirtualSetup
 
 PATIENCE, STEP = 30.0, 0.02  # s
 RATE = 50.0  # per second: a machine that others use is late less often
 BLIND = Injection(kind="load cell gives no number", time=1.0, duration=0.3)
-
-
-@pytest.fixture(scope="module")
-def scenario():
-    return round_phantom.scenario()
-
-
-def source(scenario, *injections):
-    return VirtualSource(setup=replace(VirtualSetup(robot=scenario.robot), injections=injections), real_time=True)
 
 
 def until(session, jog, reached):
@@ -47,7 +37,7 @@ def until(session, jog, reached):
 
 
 def test_it_is_steered_stands_and_ends_slack(scenario):
-    drive = BenchAside(scenario, source(scenario), rate=RATE)
+    drive = BenchAside(scenario, virtual(scenario, real_time=True), rate=RATE)
     session = Session(scenario, drive)
     assert drive.fastest.insertion > 0.0
     until(session, Jog(insertion=2e-3, tension=0.3), lambda: session.snapshot.exposed > 1e-3)
@@ -61,7 +51,7 @@ def test_it_is_steered_stands_and_ends_slack(scenario):
 
 
 def test_a_fault_there_is_told_here_and_acknowledged_and_so_is_its_end(scenario):
-    drive = BenchAside(scenario, source(scenario, BLIND), rate=RATE)
+    drive = BenchAside(scenario, virtual(scenario, BLIND, real_time=True), rate=RATE)
     with pytest.raises(TendonrodError, match="no fault"):
         drive.acknowledge()
     end = time.monotonic() + PATIENCE
@@ -77,12 +67,16 @@ def test_a_fault_there_is_told_here_and_acknowledged_and_so_is_its_end(scenario)
 
 
 def test_a_process_that_says_nothing_is_told(scenario):
-    drive = BenchAside(scenario, source(scenario), rate=RATE)
+    drive = BenchAside(scenario, virtual(scenario, real_time=True), rate=RATE)
     drive._process.send_signal(signal.SIGSTOP)
     end = time.monotonic() + PATIENCE
     while time.monotonic() < end and "says nothing" not in drive.fault:
         time.sleep(STEP)
     trouble = drive.trouble
+    steered = threading.Thread(target=lambda: [drive.advance(Jog(insertion=1e-3), STEP) for _ in range(5000)])
+    steered.start()  # what it is told fills no pipe, which would hold up the session
+    steered.join(PATIENCE)
+    assert not steered.is_alive()
     drive._process.send_signal(signal.SIGCONT)
     assert trouble is not None
     assert not trouble.ready
@@ -94,11 +88,11 @@ def test_a_process_that_says_nothing_is_told(scenario):
 
 
 def test_a_bench_that_does_not_open_is_one_error_here(scenario):
-    wrong = replace(source(scenario), setup=VirtualSetup(robot=scenario.robot.replace(torsion="published")))
+    wrong = replace(virtual(scenario), setup=VirtualSetup(robot=scenario.robot.replace(torsion="published")))
     with pytest.raises(InvalidInput, match="torsion published"):
         BenchAside(scenario, wrong)
     with pytest.raises(TendonrodError, match="rate"):
-        BenchAside(scenario, source(scenario), rate=-1.0)
+        BenchAside(scenario, virtual(scenario, real_time=True), rate=-1.0)
 
 
 def states(process):
@@ -108,12 +102,9 @@ def states(process):
 
 def test_the_tendon_is_let_go_when_the_session_is_killed(scenario):
     """All that the killed process leaves is the end of standard input."""
-    start = Start(
-        robot=scenario.robot, limits=scenario.limits, coupled=True, source=source(scenario), seed=0, rate=RATE
-    )
     with subprocess.Popen(PROGRAM, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
         assert process.stdin is not None
-        process.stdin.write(_pickled(start))
+        process.stdin.write(start(scenario, virtual(scenario, real_time=True), RATE))
         taut = {}
         for state in states(process):
             taut = state

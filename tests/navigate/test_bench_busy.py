@@ -2,14 +2,13 @@
 
 import os
 import time
-from dataclasses import replace
 from itertools import pairwise
 from types import SimpleNamespace
 
 import httpx
 import pytest
 
-from navigate import round_phantom
+from navigate.benches import virtual
 from navigate.pretend import PretendSession
 from navigate.served import served
 from tendonrod.navigate.bench_aside import AHEAD, BenchAside, _patient
@@ -26,15 +25,6 @@ from tendonrod.rig.virtual.injection import Injection
 from tendonrod.rig.virtual.setup import VirtualSetup
 
 RATE, HELD_UP = 50.0, 0.15  # per second; s, longer than the command_timeout and sensor_age of any bench here
-
-
-@pytest.fixture(scope="module")
-def scenario():
-    return round_phantom.scenario()
-
-
-def source(scenario, *injections):
-    return VirtualSource(setup=replace(VirtualSetup(robot=scenario.robot), injections=injections), real_time=True)
 
 
 def devices(scenario):
@@ -59,7 +49,7 @@ def test_a_patient_clock_stands_where_nobody_waits_and_waits_in_real_time(scenar
 @pytest.mark.parametrize("is_patient", [True, False])
 def test_a_virtual_bench_under_the_page_has_no_fault_of_a_busy_machine(scenario, is_patient):
     """Every period is held up. The same bench in strict real time finds that out, as one of devices has to."""
-    given = _patient(source(scenario), RATE) if is_patient else source(scenario)
+    given = _patient(virtual(scenario, real_time=True), RATE) if is_patient else virtual(scenario, real_time=True)
     drive = BenchDrive(scenario, given, own_thread=True, rate=RATE)
     seen, looks = drive._seen, []
 
@@ -84,7 +74,7 @@ def test_a_virtual_bench_under_the_page_has_no_fault_of_a_busy_machine(scenario,
 
 
 def test_only_a_virtual_bench_waits(scenario):
-    patient, real = _patient(source(scenario), RATE), devices(scenario)
+    patient, real = _patient(virtual(scenario, real_time=True), RATE), devices(scenario)
     assert isinstance(patient, VirtualSource)
     assert patient.ahead == AHEAD / RATE
     assert _patient(real, RATE) is real
@@ -124,7 +114,7 @@ def test_the_loop_of_devices_takes_the_precedence_that_it_may(scenario, monkeypa
     monkeypatch.setattr(os, "sched_param", lambda p: SimpleNamespace(sched_priority=p), raising=False)
     monkeypatch.setattr(os, "SCHED_FIFO", 1, raising=False)
     monkeypatch.setattr(os, "nice", nice, raising=False)
-    assert precede(source(scenario)) == ""
+    assert precede(virtual(scenario, real_time=True)) == ""
     assert asked == []
     for has, found in (({"fifo"}, "real time"), ({"nice"}, "nice"), (set(), "")):
         allowed = has
@@ -144,7 +134,7 @@ def test_a_step_during_a_fault_ends_at_once_and_says_why(tmp_path):
 
 def test_whoever_acknowledges_sees_that_the_fault_is_over(scenario):
     blind = Injection(kind="load cell gives no number", time=0.5, duration=0.3)
-    drive, end = BenchAside(scenario, source(scenario, blind), rate=RATE), time.monotonic() + 30.0
+    drive, end = BenchAside(scenario, virtual(scenario, blind, real_time=True), rate=RATE), time.monotonic() + 30.0
     while time.monotonic() < end and (drive.trouble is None or not drive.trouble.ready):
         time.sleep(0.02)
     before = drive.trouble

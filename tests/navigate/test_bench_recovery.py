@@ -7,6 +7,7 @@ import httpx
 import pytest
 
 from navigate import round_phantom
+from navigate.benches import virtual
 from navigate.pretend import PretendSession
 from navigate.served import PATIENCE, served
 from tendonrod import InvalidInput, TendonrodError, anatomy
@@ -17,10 +18,8 @@ from tendonrod.navigate.record import SessionRecord, digest
 from tendonrod.navigate.recovery import Trouble
 from tendonrod.navigate.replay import replay
 from tendonrod.navigate.session import Session
-from tendonrod.rig.benches import VirtualSource
 from tendonrod.rig.states import FaultKind, State
 from tendonrod.rig.virtual.injection import Injection
-from tendonrod.rig.virtual.setup import VirtualSetup
 
 STEP, BEGUN = 0.05, 4.0  # s: of a step; of the bench's time, when the fault comes
 FORWARD = Jog(insertion=1e-3)
@@ -29,15 +28,9 @@ JUMP = Injection(kind="encoder jumps", where="translation", value=3e-3, time=BEG
 BREAK = Injection(kind="load cell jumps", value=5.0, time=BEGUN, duration=0.5)
 
 
-@pytest.fixture(scope="module")
-def scenario():
-    return round_phantom.scenario()
-
-
 def faulty(scenario, *injections, record=None):
     """A session that a fault has stopped, out by some millimetres with 0.2 N, and its drive."""
-    setup = replace(VirtualSetup(robot=scenario.robot), injections=injections)
-    drive = BenchDrive(scenario, VirtualSource(setup=setup))
+    drive = BenchDrive(scenario, virtual(scenario, *injections))
     session = Session(scenario, drive, record)
     for _ in range(40):
         session.step(Jog(insertion=1e-3, tension=0.1), STEP)
@@ -125,7 +118,7 @@ def test_a_fault_that_lasts_comes_back_and_moves_nothing(scenario):
 
 
 def test_without_a_fault_there_is_nothing_to_acknowledge(scenario):
-    session = Session(scenario, BenchDrive(scenario, VirtualSource(setup=VirtualSetup(robot=scenario.robot))))
+    session = Session(scenario, BenchDrive(scenario, virtual(scenario)))
     with pytest.raises(TendonrodError, match="the bench has no fault"):
         session.acknowledge()
     session.close()
@@ -136,13 +129,13 @@ def test_without_a_fault_there_is_nothing_to_acknowledge(scenario):
 # ---- under the page
 
 LATER = 1.5  # s of the bench's time
-SHORT = (Injection(kind="load cell gives no number", time=LATER, duration=0.3),)
+SHORT = Injection(kind="load cell gives no number", time=LATER, duration=0.3)
 
 
 @pytest.fixture
 def steered(scenario, tmp_path):
     """A served session on a virtual bench in real time, which has a fault after a while."""
-    source = VirtualSource(setup=replace(VirtualSetup(robot=scenario.robot), injections=SHORT), real_time=True)
+    source = virtual(scenario, SHORT, real_time=True)
     session = Session(scenario, BenchDrive(scenario, source, own_thread=True, rate=50.0))
     with served(session, tmp_path) as found:
         yield found
@@ -245,8 +238,7 @@ def settled(drive):
 
 def test_homing_is_told_and_ends_where_somebody_stops_it(scenario):
     jump = Injection(kind="encoder jumps", where="translation", value=3e-3, time=1.2, duration=0.2)
-    source = VirtualSource(setup=replace(VirtualSetup(robot=scenario.robot), injections=(jump,)), real_time=True)
-    drive = BenchDrive(scenario, source, own_thread=True, rate=50.0)
+    drive = BenchDrive(scenario, virtual(scenario, jump, real_time=True), own_thread=True, rate=50.0)
     end = time.monotonic() + PATIENCE
     while time.monotonic() < end and not (drive.trouble is not None and drive.trouble.homes):
         drive.advance(Jog(insertion=2e-3), 0.1)

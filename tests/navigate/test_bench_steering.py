@@ -1,32 +1,23 @@
 """A bench goes where it is steered: an insertion alone turns nothing; its own limits are told, and kept clear of."""
 
-from dataclasses import replace
 from math import degrees
 
 import pytest
 
-from navigate import round_phantom
+from navigate.benches import virtual
 from tendonrod.navigate.bench_drive import BenchDrive
 from tendonrod.navigate.commands import Jog
 from tendonrod.navigate.session import Session
-from tendonrod.rig.benches import VirtualSource
 from tendonrod.rig.states import State
 from tendonrod.rig.virtual.injection import Injection
-from tendonrod.rig.virtual.setup import VirtualSetup
 
 STEP = 0.05
 IN, OUT, PULL, STAND = Jog(insertion=1e-3), Jog(insertion=-1e-3), Jog(tension=0.1), Jog()
 BACKLASH = 1.0  # degree, of the virtual bench's rotation
 
 
-@pytest.fixture(scope="module")
-def scenario():
-    return round_phantom.scenario()
-
-
-def virtual(scenario, *injections, **limits):
-    setup = replace(VirtualSetup(robot=scenario.robot), injections=injections)
-    return BenchDrive(scenario, VirtualSource(setup=setup, limits=limits))
+def steered(scenario, *injections, **limits):
+    return BenchDrive(scenario, virtual(scenario, *injections, **limits))
 
 
 def moved(drive, jog, seconds):
@@ -38,7 +29,7 @@ def moved(drive, jog, seconds):
 @pytest.mark.parametrize("rate", [0.4e-3, 1e-3, 5e-3])
 def test_an_insertion_turns_nothing_however_often_it_begins_and_ends(scenario, rate):
     """The screw's 0.5 mm/s is less than two of these rates: a goal that runs ahead must not turn the robot."""
-    drive = virtual(scenario)
+    drive = steered(scenario)
     before = moved(drive, PULL, 3.0)
     for jog in (Jog(insertion=rate), Jog(insertion=-rate)):
         for _ in range(4):
@@ -49,7 +40,7 @@ def test_an_insertion_turns_nothing_however_often_it_begins_and_ends(scenario, r
 
 
 def test_uncoupled_the_helix_turns_the_robot_by_what_was_inserted(scenario):
-    drive = virtual(scenario)
+    drive = steered(scenario)
     before = moved(drive, PULL, 3.0)
     drive.coupled = False
     moved(drive, IN, 4.0)
@@ -61,7 +52,7 @@ def test_uncoupled_the_helix_turns_the_robot_by_what_was_inserted(scenario):
 
 
 def test_a_rotation_beside_an_insertion_is_what_was_asked_for(scenario):
-    drive = virtual(scenario)
+    drive = steered(scenario)
     before = moved(drive, PULL, 3.0)
     moved(drive, Jog(insertion=1e-3, rotation=0.2), 2.0)
     after = moved(drive, STAND, 1.0)
@@ -71,7 +62,7 @@ def test_a_rotation_beside_an_insertion_is_what_was_asked_for(scenario):
 
 def test_an_insertion_waits_for_a_rotation_that_is_slower_than_the_helix(scenario):
     slow = 0.02  # rad/s; the helix takes 0.04 at the screw's speed
-    drive = virtual(scenario, rotation={"speed": slow})
+    drive = steered(scenario, rotation={"speed": slow})
     before = moved(drive, PULL, 3.0)
     after = moved(drive, IN, 6.0)
     assert drive.fault == ""
@@ -82,7 +73,7 @@ def test_an_insertion_waits_for_a_rotation_that_is_slower_than_the_helix(scenari
 
 
 def test_the_tension_shown_as_the_limit_is_one_that_the_bench_still_inserts_at(scenario):
-    drive = virtual(scenario)
+    drive = steered(scenario)
     session, bench = Session(scenario, drive), drive._bench.interlock.limits
     soft = bench.soft * bench.tension
     highest = session.scenario.limits.tension
@@ -98,7 +89,7 @@ def test_the_tension_shown_as_the_limit_is_one_that_the_bench_still_inserts_at(s
 
 
 def test_a_bench_that_holds_an_insertion_back_says_so(scenario):
-    drive = virtual(scenario)
+    drive = steered(scenario)
     drive._task.limits = scenario.limits  # as where the load, not the operator, brings it above its soft limit
     pulled = moved(drive, PULL, 15.0)
     assert drive.fault == ""
@@ -112,7 +103,7 @@ def test_a_bench_that_holds_an_insertion_back_says_so(scenario):
 
 def test_a_translation_whose_encoder_jumped_is_home_after_homing(scenario):
     """The jump lasts: an axis that finds its reference counts from there, whatever it counted before."""
-    drive = virtual(scenario, Injection(kind="encoder jumps", where="translation", value=3e-3, time=4.0))
+    drive = steered(scenario, Injection(kind="encoder jumps", where="translation", value=3e-3, time=4.0))
     moved(drive, Jog(insertion=1e-3, tension=0.1), 2.0)
     moved(drive, Jog(insertion=0.2e-3), 6.0)
     assert drive.trouble is not None

@@ -75,6 +75,23 @@ def test_a_robot_whose_next_shape_is_further_back_is_told_so_until_it_is_there(m
     assert ahead[-1] == pytest.approx(0.0, abs=1e-5)
 
 
+def test_a_model_that_is_ahead_by_less_than_a_stride_is_no_news(monkeypatch):
+    """A retraction from 8 mm succeeds only by a whole stride, as over an edge."""
+    drive = Stubborn(round_phantom.scenario())
+    session, real, length = Session(round_phantom.scenario(), drive), mechanics._solved, drive._length
+    session.step(Jog(tension=0.5), 1.0)
+    before = session.step(Jog(insertion=8e-3), 1.0)
+
+    def edge(here, posture, *rest):
+        near = abs(posture.insertion * length - before.exposed) < 0.9 * mechanics.STRIDE["insertion"]
+        return (None, "an edge") if near else real(here, posture, *rest)
+
+    monkeypatch.setattr(mechanics, "_solved", edge)
+    shown = session.step(Jog(insertion=-6e-3), STEP)
+    assert shown.blocked == ""
+    assert 0.0 < drive.posture.insertion * length - shown.exposed < mechanics.STRIDE["insertion"]
+
+
 def test_a_robot_that_has_drawn_in_at_once_is_shown_so_without_the_way(monkeypatch):
     """As after a homing, of which a session sees the end."""
     drive = Stubborn(round_phantom.scenario())

@@ -11,6 +11,7 @@ from tendonrod.navigate.messages import CLIENT
 
 STANDSTILL = 0.15  # s in which a robot that was not stopped would move on
 HOLD = (4,)  # a shoulder button
+LEAST = 36  # px, of a button for fingers
 
 
 @pytest.fixture(scope="module")
@@ -242,3 +243,49 @@ def test_a_target_gets_marked_when_the_tip_is_there(tab, server):
     assert server.session.snapshot.insertion * LENGTH > 15e-3
     assert "1 of 1 reached" in tab.text("#targets-count")
     assert tab.text("#events").count("reached") == 1
+
+
+def test_the_list_of_targets_is_one_stop_of_the_tab_key_and_arrows_go_through_it(tab):
+    targets = "['a@T12', 'b@T12', 'c@T12'].map(name => ({name, level: 'T12'}))"
+    tab.get(f"tendonrod.picture.targets.build({{phantom: {{levels: [{{name: 'T12'}}], targets: {targets}}}}})")
+    all_of_them = "[...document.querySelectorAll('#targets button')]"
+    stops = f"{all_of_them}.filter(one => one.tabIndex === 0).map(one => one.dataset.target)"
+    tab.until(f"{stops}.length === 1")
+    tab.page.focus("[data-target='a@T12']")
+    for key, found in [("ArrowDown", "b@T12"), ("End", "c@T12"), ("ArrowDown", "c@T12"), ("Home", "a@T12")]:
+        tab.page.keyboard.press(key)
+        assert tab.get("document.activeElement.dataset.target") == found
+    tab.page.keyboard.press("ArrowDown")
+    assert tab.get(stops) == ["b@T12"]
+    tab.page.reload()
+    tab.until("window.tendonrod?.state")
+
+
+@pytest.mark.parametrize("size", [(1024, 768), (390, 844)])
+def test_fingers_get_large_buttons_and_stop_never_leaves_the_screen(browser, server, size):
+    tab = Tab(browser, server.url, has_touch=True, is_mobile=True)
+    tab.page.set_viewport_size({"width": size[0], "height": size[1]})
+    tab.page.wait_for_timeout(100)
+    heights = "[...document.querySelectorAll('button')].filter(one => one.offsetParent).map(one => one.offsetHeight)"
+    assert min(tab.get(heights)) >= LEAST
+    tab.get("window.scrollTo(0, 1e4)")
+    tab.page.wait_for_timeout(100)
+    top, bottom = tab.get("(box => [box.top, box.bottom])(document.querySelector('#stop').getBoundingClientRect())")
+    assert 0 <= top < bottom <= size[1]
+    tab.context.close()
+
+
+def test_the_hint_shows_one_step_where_there_is_little_room_and_the_next_once_it_is_done(browser, server, tab):
+    other = Tab(browser, server.url)
+    shown = "[...document.querySelectorAll('#hint li')].filter(one => one.offsetParent).map(one => one.innerText)"
+    other.until(f"{shown}.length === 1")
+    holder = server.service.seat.holder
+    assert other.get(shown) == [f"{holder} has control: take it once it is released."]
+    server.service.stop()
+    server.service.leave(str(holder), "gone")
+    other.until(f"{shown}[0] === 'Take control.'")
+    other.take()
+    other.until(f"{shown}[0].startsWith('Hold E to pull')")
+    other.page.set_viewport_size({"width": 1500, "height": 1000})
+    other.until(f"{shown}.length > 3")
+    other.context.close()

@@ -289,17 +289,3 @@ def test_a_bench_has_no_reset(browser, tmp_path):
         assert tab.page.is_disabled("#reset")
         assert "retract the robot" in str(tab.page.get_attribute("#reset", "title"))
         tab.context.close()
-
-
-def test_the_hint_shows_one_step_where_there_is_little_room_and_the_next_once_it_is_done(browser, server):
-    tab = Tab(browser, server.url)
-    shown = "[...document.querySelectorAll('#hint li')].filter(one => one.offsetParent).map(one => one.innerText)"
-    tab.until(f"{shown}.length === 1")
-    assert tab.get(shown) == ["Take control."]
-    server.service.stop()
-    server.service.leave(str(server.service.seat.holder), "gone")
-    tab.take()
-    tab.until(f"{shown}[0].startsWith('Hold E to pull')")
-    tab.page.set_viewport_size({"width": 1500, "height": 1000})
-    tab.until(f"{shown}.length > 3")
-    tab.context.close()

@@ -57,6 +57,16 @@ def test_a_refused_move_is_refused_again_in_the_same_words_without_a_solve(stuck
     assert not solves
 
 
+def test_of_a_long_move_only_as_much_counts_as_refused_as_was_tried_at_once(stuck, solves):
+    """Six strides were asked for, and a quarter of the first is what the last try was for."""
+    assert stuck.step(PUSH, 10 * STEP).blocked
+    solves.clear()
+    assert stuck.step(PUSH, 0.3 * STEP).blocked
+    assert not solves
+    assert stuck.step(PUSH, 0.1 * STEP).blocked
+    assert solves
+
+
 @pytest.mark.parametrize(
     "jog", [replace(PUSH, insertion=0.1 * PUSH.insertion), replace(PUSH, rotation=0.2), Jog(rotation=0.2), BACK]
 )
@@ -110,6 +120,7 @@ def test_a_retraction_that_small_steps_refuse_is_made_by_whole_strides(monkeypat
     shown = session.step(Jog(insertion=-3e-3), STEP)
     assert shown.blocked == ""
     assert before.exposed - shown.exposed == pytest.approx(min(strides * mechanics.STRIDE["insertion"], before.exposed))
+    assert (strides == 1) == (session._snapped == 0.0)  # a stride that is found as any other is no snap
     if shown.exposed == 0.0:
         return
     monkeypatch.setattr(mechanics, "_solved", real)

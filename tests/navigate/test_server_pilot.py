@@ -3,6 +3,7 @@
 from math import radians
 from threading import Event
 
+import numpy as np
 import pytest
 
 from navigate.pretend import PretendSession
@@ -60,9 +61,10 @@ def test_states_come_at_60_hz_while_moving_and_above_10_hz_when_still(bridge):
 
 def test_states_that_a_long_step_kept_back_are_made_up_for_and_motion_stays_real_time(bridge):
     """Of every 20 steps one takes 70 ms, as those do that find that a move leads nowhere."""
-    quick = bridge.session.step
+    quick, begun = bridge.session.step, []
 
     def step(jog, dt):
+        begun.append(bridge.now)
         bridge.now += 0.07 if len(bridge.shown) % 20 == 0 else 0.002
         return quick(jog, dt)
 
@@ -70,6 +72,16 @@ def test_states_that_a_long_step_kept_back_are_made_up_for_and_motion_stays_real
     bridge.run(2.0, IN)
     assert 119 <= len(bridge.shown) <= 122
     assert sum(dt for _, dt in bridge.session.moved) == pytest.approx(2.0 - 6 * (0.07 - LONGEST), abs=3 * PERIOD)
+    assert np.diff(begun).min() >= PERIOD / 2 - 1e-9
+
+
+def test_nothing_is_made_up_for_where_nothing_moved(bridge):
+    bridge.run(0.5, IN)
+    bridge.pilot.dead_man.let_go()
+    bridge.run(0.5)
+    before = len(bridge.shown)
+    bridge.run(0.5, IN)
+    assert len(bridge.shown) - before <= 0.5 / PERIOD + 2
 
 
 def test_a_step_that_took_longer_than_can_be_made_up_for_is_not(bridge):
@@ -82,6 +94,25 @@ def test_a_step_that_took_longer_than_can_be_made_up_for_is_not(bridge):
     bridge.session.step = step
     bridge.run(2.0, IN)
     assert len(bridge.shown) == pytest.approx((2.0 - long + BEHIND) / PERIOD, abs=2)
+
+
+def test_keys_pressed_again_and_again_move_no_further_than_real_time(bridge):
+    """Every eighth step takes 70 ms, and where states are made up for, a key comes up and down between two of them."""
+    quick, times = bridge.session.step, []
+
+    def step(jog, dt):
+        times.append((bridge.now, 0.0 if jog.is_still else dt))
+        bridge.now += 0.07 if len(times) % 8 == 0 else 0.001
+        return quick(jog, dt)
+
+    bridge.session.step = step
+    for _ in range(400):
+        bridge.run(0.011, IN)
+        bridge.pilot.dead_man.let_go()
+        bridge.run(0.006)
+    for k, (begun, _) in enumerate(times):
+        moved = np.cumsum([dt for _, dt in times[k + 1 :]])
+        assert (moved <= [at - begun + 1e-9 for at, _ in times[k + 1 :]]).all()
 
 
 def test_silence_stops_within_the_deadline_and_is_told(bridge):
@@ -202,6 +233,22 @@ def test_a_record_is_shown_at_its_pace_and_nothing_moves_meanwhile(bridge):
     bridge.run(0.2)
     assert bridge.shown[-1].mode == "live"
     assert bridge.shown[-1].snapshot.insertion == 0.0
+
+
+def test_a_replay_that_begins_in_a_motion_ends_it(bridge):
+    """A bench is told to stand, and the first step afterwards is the first of a motion."""
+    bridge.run(0.3, IN)
+    other = PretendSession()
+    bridge.pilot.play((other.step(IN, 1.0) for _ in range(100)), speed=1.0)
+    bridge.run(0.2)
+    assert bridge.session.steps[-1][0].is_still
+    bridge.pilot.stop_playing()
+    before = len(bridge.session.moved)
+    bridge.pilot.hold(IN)
+    bridge.pilot.tick()
+    bridge.pilot.hold(IN)
+    bridge.pilot.tick()
+    assert [seconds for _, seconds in bridge.session.moved[before:]] == [pytest.approx(PERIOD)]
 
 
 def test_a_replay_can_be_ended(bridge):

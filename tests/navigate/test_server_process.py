@@ -136,18 +136,6 @@ def test_bad_options_are_named_in_one_line(refused, tmp_path, options, named):
     )
 
 
-def test_a_bench_file_is_read_before_the_phantom_is_built(refused, tmp_path, monkeypatch):
-    monkeypatch.setattr("tendonrod.navigate.scenariofile.read_scenario", lambda *_, **__: pytest.fail("built"))
-    options = ("navigate", "--no-browser", "--port", "0", "--output", tmp_path, "--bench")
-    assert "--bench = " in refused(*options, tmp_path / "nope.toml")
-    (tmp_path / "b.toml").write_text(
-        '[bench]\nkind = "virtual"\n[[fault]]\nkind = "cell dropout"\ntime_s = 1\nat_s = 1\n'
-    )
-    assert "fault[0].at_s = 1: must be one of the keys of [fault[0]]: kind, time_s" in refused(
-        *options, tmp_path / "b.toml"
-    )
-
-
 SCRIPT = "duration_s,insertion_mm_per_s,rotation_deg_per_s,tension_n_per_s\n1,3,0,0.1\n0.5,0,10,0\n"
 
 

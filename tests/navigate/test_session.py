@@ -200,6 +200,9 @@ def test_a_snap_is_carried_out_as_far_as_the_limits_say(monkeypatch):
     shown = session.step(Jog(insertion=1e-3), STEP)
     assert shown.blocked == ""
     assert shown.exposed == pytest.approx(2e-3 * STEP, rel=1e-2)
+    bound = Session(scenario(limits=replace(limits, snap=1e-6)))
+    assert "would snap away" in bound.step(Jog(insertion=1e-3), STEP).blocked
+    assert bound.snapshot.exposed == 0.0
 
 
 def test_strain_beyond_the_plateau_is_out_of_the_models_range():

@@ -6,6 +6,7 @@ from dataclasses import replace
 import pytest
 
 from navigate import round_phantom
+from navigate.benches import virtual
 from tendonrod import InvalidInput, TendonrodError, anatomy
 from tendonrod.navigate import bench_drive
 from tendonrod.navigate.bench_drive import BenchDrive
@@ -30,14 +31,8 @@ from tendonrod.rig.virtual.setup import VirtualSetup
 STEP = 0.05
 
 
-@pytest.fixture(scope="module")
-def scenario():
-    return round_phantom.scenario()
-
-
-def on_bench(scenario, setup=None, record=None, **changes):
-    drive = BenchDrive(scenario, VirtualSource(setup=setup or VirtualSetup(robot=scenario.robot)), **changes)
-    return Session(scenario, drive, record)
+def on_bench(scenario, *injections, record=None, **changes):
+    return Session(scenario, BenchDrive(scenario, virtual(scenario, *injections), **changes), record)
 
 
 def steps(session, jog, count):
@@ -74,8 +69,7 @@ def test_the_same_seed_gives_the_same_session_and_its_record_replays(scenario, t
 
 def test_a_fault_stops_the_session_and_is_told(scenario):
     broken = Injection(kind="load cell gives no number", time=20.0)
-    setup = replace(VirtualSetup(robot=scenario.robot), injections=(broken,))
-    session = on_bench(scenario, setup)
+    session = on_bench(scenario, broken)
     shown = steps(session, Jog(insertion=1e-3), 10)
     while shown.time < 40.0 and not shown.blocked:
         shown = session.step(Jog(insertion=1e-3), 0.5)
@@ -98,7 +92,7 @@ def test_a_bench_is_not_reset_by_a_word(scenario):
 def test_the_benchs_robot_must_be_the_sessions(scenario):
     other = VirtualSetup(robot=scenario.robot.replace(torsion="published"))
     with pytest.raises(InvalidInput, match=r"torsion published: must be one with the scenario's robot, .*homogenized"):
-        on_bench(scenario, other)
+        BenchDrive(scenario, VirtualSource(setup=other))
 
 
 def test_a_jog_that_is_not_renewed_ends():
@@ -116,7 +110,7 @@ def test_a_jog_that_is_not_renewed_ends():
 
 
 def test_an_operator_may_rest_longer_than_a_task_may_be_stuck(scenario):
-    limits, strain = limits_of(VirtualSource(setup=VirtualSetup(robot=scenario.robot)))
+    limits, strain = limits_of(virtual(scenario))
     guarded = GuardedBench(virtual_bench(VirtualSetup(robot=scenario.robot), 0), replace(limits, patience=1.0), strain)
     prepare(guarded)
     task = Teleoperate(Machine.of(virtual_bench(VirtualSetup(robot=scenario.robot), 0), 75e-3, 1.0), NavigationLimits())
@@ -127,7 +121,7 @@ def test_an_operator_may_rest_longer_than_a_task_may_be_stuck(scenario):
 
 
 def test_with_its_own_thread_the_bench_goes_on_by_itself(scenario):
-    source = VirtualSource(setup=VirtualSetup(robot=scenario.robot), real_time=True)
+    source = virtual(scenario, real_time=True)
     session = Session(scenario, steered := BenchDrive(scenario, source, own_thread=True, rate=25.0))
     for _ in range(500):
         session.step(Jog(insertion=2e-3), 0.02)
@@ -147,7 +141,7 @@ def test_a_loop_that_breaks_is_told(scenario, monkeypatch):
         raise ZeroDivisionError("a defect")
 
     monkeypatch.setattr(bench_drive, "drive", broken)
-    source = VirtualSource(setup=VirtualSetup(robot=scenario.robot), real_time=True)
+    source = virtual(scenario, real_time=True)
     session = Session(scenario, BenchDrive(scenario, source, own_thread=True))
     time.sleep(0.1)
     assert "broke: ZeroDivisionError: a defect" in session.step(Jog(insertion=2e-3), 0.02).blocked
@@ -155,7 +149,7 @@ def test_a_loop_that_breaks_is_told(scenario, monkeypatch):
 
 
 def own_loop(scenario):
-    source = VirtualSource(setup=VirtualSetup(robot=scenario.robot), real_time=True)
+    source = virtual(scenario, real_time=True)
     return BenchDrive(scenario, source, own_thread=True, rate=50.0)
 
 

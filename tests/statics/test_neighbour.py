@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tendonrod import InvalidInput, load_robot, solve
+from tendonrod.statics import neighbour as neighbouring
 from tendonrod.statics.neighbour import Effort, motion, neighbour
 from tendonrod.statics.newton import NewtonSolution
 from tendonrod.statics.shape import Status
@@ -49,14 +50,43 @@ def test_what_takes_more_steps_is_refused(robot):
     assert 1e-12 < content.error_estimate < 1e-6
 
 
-def test_a_start_on_a_finer_grid_than_allowed_is_refused_without_a_solve(robot, monkeypatch):
+@pytest.mark.parametrize("most", [40, 80, 160])
+def test_from_a_start_on_a_finer_grid_than_allowed_the_finest_two_are_tried(robot, most):
     asked = {"gravity": GRAVITY, "accuracy": 1e-12}
     start = neighbour(robot, 0.4, None, 21, Effort(most_steps=320, content=1e-6), **asked)
     assert start.steps == 320
-    ran = []
-    monkeypatch.setattr(NewtonSolution, "run", lambda self, start: ran.append(self))
-    assert neighbour(robot, 0.41, start, 21, Effort(most_steps=160), **asked).status is Status.TOO_FINE
-    assert not ran
+    found = neighbour(robot, 0.41, start, 21, Effort(most_steps=most, content=1e-4), **asked)
+    assert found.converged
+    assert found.steps == most
+    assert neighbour(robot, 0.41, start, 21, Effort(most_steps=most), **asked).status is Status.TOO_FINE
+
+
+def test_without_room_for_two_grids_nothing_is_given(robot):
+    assert neighbour(robot, 0.4, None, 21, Effort(most_steps=30)).status is Status.TOO_FINE
+
+
+def test_only_what_two_grids_find_far_away_is_given_early(robot, monkeypatch):
+    """Here one grid alone finds it far."""
+    monkeypatch.setattr(neighbouring, "motion", lambda start, shape: float(shape.steps == 40))
+    asked = {"gravity": GRAVITY, "accuracy": 1e-12}
+    start = neighbour(robot, 0.4, None, 21, gravity=GRAVITY)
+    assert neighbour(robot, 0.41, start, 21, Effort(farthest=0.5, content=1e-6), **asked).steps == 160
+
+
+def test_on_the_grid_of_the_start_alone_few_looks_are_allowed(robot, monkeypatch):
+    wall, allowed, real = Plane(point=(0.0, 6e-3, 0.0), normal=(0.0, -1.0, 0.0)), [], NewtonSolution.run
+    asked = {"surface": wall, "contact_tolerance": 1e-4}
+    start = neighbour(robot, 0.4, None, 21, surface=wall, contact_tolerance=1e-5)
+
+    def noted(self, start):
+        allowed.append(self.most_looks)
+        return real(self, start)
+
+    monkeypatch.setattr(NewtonSolution, "run", noted)
+    for looks in (24, 5):
+        assert neighbour(robot, 0.401, start, 21, Effort(is_checked=False, most_looks=looks), **asked).converged
+    assert allowed == [neighbouring.FEW_LOOKS, 5]
+    assert 5 < neighbouring.FEW_LOOKS < 24
 
 
 @pytest.mark.parametrize("samples", [21, 48])

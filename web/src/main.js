@@ -6,6 +6,8 @@ import { Gamepads } from "./controls/gamepad.js";
 import { Jog } from "./controls/jog.js";
 import { Keys } from "./controls/keys.js";
 import { guard } from "./controls/safety.js";
+import { walkByKeys } from "./controls/list_keys.js";
+import { turnByKeys } from "./controls/view_keys.js";
 import { Connection, socketUrl } from "./connection.js";
 import { byId, setText } from "./panels/elements.js";
 import { Fault } from "./panels/fault.js";
@@ -50,6 +52,8 @@ function onHalt(reason, wasMoving) {
 }
 
 guard({ halt, stop });
+walkByKeys({ box: byId("targets"), bindings });
+turnByKeys({ canvas: byId("view"), cameras: picture.stage?.cameras, bindings });
 picture.beforeDrawing = () => jog.tickIfDue(); // a drawing may take long, and the timer would be late by it
 
 // ---- panels that act

@@ -66,6 +66,7 @@ export class Picture {
   }
 
   tell(event) {
+    this.warnings.hear(event);
     if (LATE.test(event.text) && this.store.control.you) this.stage?.giveWay();
     this.list(event);
   }
@@ -97,6 +98,7 @@ export class Picture {
 
   take(state) {
     this.strip.add(state, seconds());
+    this.warnings.hear(state);
     if (Math.abs(state.tube.height - this.framed) > MOVED) this.stage?.frame(this.store.scene, state.tube);
     this.framed = state.tube.height;
     this.isFresh = true;
@@ -172,7 +174,8 @@ function levelAt(levels, z) {
   if (inside) return inside.name;
   const above = levels.filter((one) => one.z_low > z).at(-1);
   const below = levels.find((one) => one.z_high < z);
-  return above && below ? `${above.name}–${below.name}` : "no level";
+  if (above && below) return `${above.name}–${below.name}`;
+  return above ? `below ${above.name}` : below ? `above ${below.name}` : "";
 }
 
 function makeStage(onSlow) {

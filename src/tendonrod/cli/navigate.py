@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -16,9 +17,11 @@ if TYPE_CHECKING:
     from ..navigate.drive import Drive
     from ..navigate.scenario import Scenario
     from ..rig.benchfile import BenchFile
+    from ..robot import Robot
 
 PORT = "8420"
 LOOPBACK = "127.0.0.1"
+ROBOT = "exonav-1"
 FOLDER = "navigate-sessions"
 VIRTUAL = "virtual"
 OPTIONS = {name: f"--{name}" for name in ("scene", "phantom", "levels", "entry", "robot", "torsion")}
@@ -73,7 +76,10 @@ def navigate(
     _check(script, headless, json)
     number = whole("--port", port, 0, 65535)
     made = _maker(scene, phantom=phantom, levels=levels, entry=entry, robot=robot, torsion=torsion)
-    driven = partial(_driven, _bench_file(bench), headless)  # read before the phantom is built, which takes its time
+    place = "--robot" if robot is not None or scene is None else f"{scene}: robot"
+    with in_words(OPTIONS | {"robot": place}):
+        file = None if bench is None else _bench_file(bench, _robot(scene, robot))
+    driven = partial(_driven, file, headless)
     if script is not None:
         from .navigate_script import run_script
 
@@ -104,13 +110,30 @@ def _maker(scene: str | None, **options: str | None) -> Callable[[], Scenario]:
     return made
 
 
-def _bench_file(bench: str | None) -> BenchFile | None:
-    """None where none was asked for."""
-    if bench is None:
-        return None
+def _bench_file(bench: str, robot: Robot) -> BenchFile:
+    """Looked through before the phantom is built, which takes its time; only its gravity is not known yet."""
+    from ..rig.benches import DeviceSource
     from ..rig.benchfile import default_bench, read_bench
 
-    return default_bench() if bench == VIRTUAL else read_bench(bench, "--bench")
+    file = default_bench() if bench == VIRTUAL else read_bench(bench, "--bench")
+    source = file.source(robot, file.gravity or (0.0, 0.0, 0.0))
+    file.check_homing()
+    if isinstance(source, DeviceSource):
+        source.check_port()
+    return file
+
+
+def _robot(scene: str | None, robot: str | None) -> Robot:
+    """That of the session, with any torsion; what else is wrong in the scene is told with the rest of it."""
+    from ..files import text_of
+    from ..navigate.scenariofile import SHAPE
+    from ..robot import load_robot
+    from ..robotfile_words import parsed
+
+    if robot is None and scene is not None:
+        given = parsed(scene, text_of("scene", scene, "TOML"), SHAPE).get("robot", ROBOT)
+        robot = str(Path(scene).parent / given) if str(given).endswith(".toml") else str(given)
+    return load_robot(robot or ROBOT)
 
 
 def _driven(file: BenchFile | None, headless: bool, scenario: Scenario) -> Drive | None:

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ..errors import TendonrodError
 from . import output as out
 from .arguments import in_words
 
@@ -21,7 +22,10 @@ if TYPE_CHECKING:
 def run_script(
     made: Callable[[], Scenario], driven: Callable[[Scenario], Drive | None], script: str, output: str, json: bool
 ) -> None:
-    """Play the script, record it, print its metrics and write them beside the record."""
+    """Play the script, record it, print its metrics and write them beside the record.
+
+    Raises `TendonrodError` after all that where a bench has stopped before the script was over.
+    """
     from ..navigate.bench_aside import BenchAside
     from ..navigate.bench_drive import BenchDrive
     from ..navigate.record import SessionRecord
@@ -38,7 +42,7 @@ def run_script(
         moves = slowed(moves, drive.fastest)
     session = Session(scenario, drive, SessionRecord(path))
     try:
-        found, refused = _played(session, moves)
+        found, refused, ended = _played(session, moves)
     finally:
         session.close()
     out.note(f"wrote {path}")
@@ -48,26 +52,33 @@ def run_script(
         out.say_json(values)
     else:
         out.say(metrics_page(scenario, script, found))
-    out.warn([f"at {time:.2f} s {each}" for each, time in refused.items()])
+    out.warn([f"at {time:.2f} s {each}" for each, time in refused.items() if each not in ended])
+    if ended:
+        raise TendonrodError(ended)
 
 
-def _played(session: Session, moves: Sequence[Move]) -> tuple[Metrics, dict[str, float]]:
-    """Metrics, and what was refused, each sentence once, with the time (s) when it first was."""
+def _played(session: Session, moves: Sequence[Move]) -> tuple[Metrics, dict[str, float], str]:
+    """Metrics, what was refused (each sentence once, with the time in s when it first was), and what ended it early."""
     from ..navigate.metrics import metrics
     from ..navigate.script import play
 
-    refused: dict[str, float] = {}
+    refused, ended = dict[str, float](), ""
     total = sum(move.duration for move in moves)
 
     def watched() -> Iterator[Snapshot]:
+        nonlocal ended
         for snapshot in play(session, moves):
             watch(snapshot.time, total)
             if snapshot.blocked:
                 refused.setdefault(snapshot.blocked, snapshot.time)
             yield snapshot
+            if (trouble := session.trouble) is not None:  # a bench that stands would make nothing of the rest
+                ended = f"the script ends at {snapshot.time:.2f} s: {trouble.text}"
+                return
 
     with out.progress_bar("navigating") as watch:
-        return metrics(watched()), refused
+        found = metrics(watched())
+    return found, refused, ended
 
 
 def _write(path: Path, values: dict[str, Any]) -> None:

@@ -22,7 +22,8 @@ from .bench_drive import check_same
 from .bench_process import TOLD_EVERY, Start
 from .commands import Jog, Posture
 from .dead_man import GRACE
-from .recovery import END, Trouble, check_acknowledged
+from .pace import Pace
+from .recovery import END, OnBench, Trouble, check_acknowledged
 from .scenario import Scenario
 
 PROGRAM = (sys.executable, "-m", "tendonrod.navigate.bench_process")
@@ -33,11 +34,11 @@ SILENT = 1.0  # s, after which what was measured last says nothing about now
 WAIT = "wait, what is shown is old; if it lasts, end this program and start it again: the tendon is then let go"
 
 
-class BenchAside:
+class BenchAside(OnBench):
     """Steers a bench as `BenchDrive` does with a loop of its own, from another process, which opens it.
 
     What is shown is what was measured last, up to 10 ms ago. If this process ends, however it does, the other lets the
-    tendon go. paced: whether `advance` takes as long as it says, as a script needs it, which knows no clock.
+    tendon go. paced: whether `advance` takes as long as it says, as a script needs it, see `Pace`.
 
     Raises as `BenchDrive`; all that happens in the other process as `TendonrodError`.
     """
@@ -48,7 +49,7 @@ class BenchAside:
         source = _patient(as_source(source), rate)
         check_same(scenario, source)
         self._coupled, self._lock, self._closed = scenario.coupled, threading.Lock(), False
-        self._paced, self._due, self._heard = paced, 0.0, time.monotonic()
+        self._pace, self._heard = Pace() if paced else None, time.monotonic()
         start = Start(
             robot=scenario.robot, limits=scenario.limits, coupled=scenario.coupled, source=source, seed=seed, rate=rate
         )
@@ -82,27 +83,27 @@ class BenchAside:
         self._send(coupled=on)
 
     @property
-    def fault(self) -> str:
-        """See `BenchDrive`."""
-        trouble = self.trouble
-        return self._state["held_back"] if trouble is None else trouble.text
+    def held_back(self) -> str:
+        """See `OnBench`."""
+        return self._state["held_back"]
 
     @property
     def trouble(self) -> Trouble | None:
-        """See `BenchDrive`."""
+        """See `OnBench`."""
         if self._process.poll() is not None:
             return Trouble(text=f"the bench's process has ended, status {self._process.returncode}", remedy=END)
-        if time.monotonic() - self._heard > SILENT:
+        if self._is_silent:
             return Trouble(text="the bench's process says nothing", remedy=WAIT)
         told = self._state["trouble"]
         return None if told is None else Trouble(**told)
 
     def advance(self, jog: Jog, dt: float) -> Posture:
-        """Steer at ``jog`` for ``dt`` s from now on, and `GRACE` more; returns what was measured last."""
-        self._send(steer=[jog.insertion, jog.rotation, jog.tension, dt + GRACE])
-        if self._paced:
-            self._due = max(self._due, time.monotonic()) + dt
-            time.sleep(max(self._due - time.monotonic(), 0.0))
+        """Steer at ``jog`` for ``dt`` s, where not paced from now on and `GRACE` more; what was measured last."""
+        lasts = dt + GRACE if self._pace is None else self._pace.begin(jog, dt)
+        if not self._is_silent:  # what nobody reads fills the pipe, and then holds up the session
+            self._send(steer=[jog.insertion, jog.rotation, jog.tension, lasts])
+        if self._pace is not None:
+            self._pace.wait()
         return self.posture
 
     def acknowledge(self, home: bool = False) -> None:
@@ -118,19 +119,13 @@ class BenchAside:
         if self.trouble is not None:
             self._send(halt=True)
 
-    def go_back(self, posture: Posture) -> bool:
-        """A bench has made its move."""
-        return False
-
-    def retract(self) -> bool:
-        """A bench retracts by being steered so."""
-        return False
-
     def close(self) -> None:
         """Leave the robot slack and standing, and let the devices go."""
         if self._closed:
             return
         self._closed = True
+        if self._pace is not None and self._reader.is_alive():
+            self._pace.finish()
         with suppress(OSError):
             self._stdin.close()
         try:
@@ -141,6 +136,10 @@ class BenchAside:
         finally:
             if self._reader.is_alive():
                 self._reader.join(1.0)
+
+    @property
+    def _is_silent(self) -> bool:
+        return time.monotonic() - self._heard > SILENT
 
     @property
     def _stdin(self) -> Any:

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import atexit
 import threading
+from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
 from math import isfinite
 
@@ -19,26 +21,30 @@ from ..rig.ending import leave_slack
 from ..rig.guarded import GuardedBench
 from ..rig.interfaces import STILL, Command, Sample
 from ..rig.loop import Moment, drive, prepare
+from ..rig.safety import Interlock
 from ..rig.states import FaultKind, State
 from ..rig.trials import RATE, limits_of
 from .commands import FASTEST, Jog, Posture
 from .dead_man import GRACE
-from .recovery import END, HOMING, Trouble, check_acknowledged, made_ready, trouble_of
+from .recovery import END, HOMING, OnBench, Trouble, check_acknowledged, made_ready, trouble_of
 from .steered import Steered, check_same, highest_tension
 from .teleoperate import KEPT, Teleoperate
 
 CUT_TIME, MUCH = 0.3, 0.6  # s, share: an insertion of which the interlock cuts more is told to the operator
 SOFTEST = 4e-3  # m/N, compliance of robot and tendon that is reckoned with
-RETRACTED = 0.15e-3  # m: a robot that is no further out counts as retracted; references are found to 0.05 mm
+RETRACTED = 0.15e-3  # m: a robot that is no further out than after homing counts as retracted; encoders tremble
 
 
-class BenchDrive:
+class BenchDrive(OnBench):
     """Steers a bench through its interlock, ``rate`` periods per second of the bench's clock.
 
     source: see `rig.benches`; opened here, homed and armed. On a bench that is faster than real time each `advance`
     runs its periods itself, and the same commands give the same session. With ``own_thread`` the loop runs
     beside what steers it, in real time, and stops by itself `GRACE` after the time of the last `advance`: the other
     threads must leave it its time, as those of `bench_process` do. A session does not, for which see `BenchAside`.
+
+    opening: a context that is entered with the interlock before anything moves, and left when the axes are homed. A
+    bench that does not get ready is left slack, as one that is closed.
 
     A fault ends every motion until it is acknowledged, see `recovery`. Meanwhile the bench is still watched: what is
     measured stays true, and a tension that passes its limit is let go.
@@ -47,8 +53,9 @@ class BenchDrive:
     """
 
     def __init__(
-        self, scenario: Steered, source: BenchSource, *, seed: int = 0, rate: float = RATE, own_thread: bool = False
-    ) -> None:
+        self, scenario: Steered, source: BenchSource, *, seed: int = 0, rate: float = RATE, own_thread: bool = False,
+        opening: Callable[[Interlock], AbstractContextManager] = nullcontext,
+    ) -> None:  # fmt: skip
         source = as_source(source)
         check_same(scenario, source)
         self._period, self._length = 1.0 / positive("rate", rate), scenario.robot.section.L
@@ -57,15 +64,19 @@ class BenchDrive:
         self._bench = GuardedBench(source.open(seed), limits, strain)
         self._lock, self._closed, self._broken = threading.Lock(), False, ""
         self._acknowledged: bool | None = None  # whether it may home, once somebody has acknowledged
-        self._readying = ""
-        self._cut = LowPass(CUT_TIME)
+        self._readying, self._cut = "", LowPass(CUT_TIME)
         self._cut.value = 0.0
         try:
-            self._task = self._prepared(scenario)
+            with opening(self._bench.interlock):
+                prepare(self._bench)
+            sample = self._bench.sense()
+            if (fault := self._bench.interlock.fault) is not None:
+                raise TendonrodError(f"the bench is not ready: {fault}")
+            self._task = self._teleoperated(scenario)
             self._due, self._owed = self._bench.clock.now(), 0.0
-            self._measured = self._seen(self._bench.sense())
+            self._measured = self._homed_at(sample)
         except BaseException:
-            self._bench.close()
+            self._let_go()
             raise
         atexit.register(self.close)  # a program may end without closing, and the tendon would stay under tension
         self._thread = threading.Thread(target=self._loop, name="bench", daemon=True) if own_thread else None
@@ -102,14 +113,8 @@ class BenchDrive:
         self._task.coupled = on
 
     @property
-    def fault(self) -> str:
-        """What keeps the bench from moving, a sentence; "" where nothing does."""
-        trouble = self.trouble
-        return self.held_back if trouble is None else trouble.text
-
-    @property
     def held_back(self) -> str:
-        """Why the bench inserts no further though it is told to, and has no fault; "" where it does what it is told."""
+        """See `OnBench`."""
         if self._cut.value <= MUCH:
             return ""
         soft, found = self._bench.interlock.limits.soft * self._bench.interlock.limits.tension, self._task.tension
@@ -120,7 +125,7 @@ class BenchDrive:
 
     @property
     def trouble(self) -> Trouble | None:
-        """The same with what to do about it; None where nothing keeps the bench from moving."""
+        """See `OnBench`."""
         if self._broken:
             return Trouble(text=self._broken, remedy=END)
         if self._readying:
@@ -145,9 +150,7 @@ class BenchDrive:
 
     def halt(self) -> None:
         """End a homing that was acknowledged; from any thread. Everything else ends with what steers it."""
-        with self._lock:
-            self._acknowledged, has_begun = None, bool(self._readying)
-        if has_begun:
+        if self._recalled():
             self._bench.interlock.emergency("operator")
 
     def advance(self, jog: Jog, dt: float) -> Posture:
@@ -169,14 +172,6 @@ class BenchDrive:
         """Let the own loop move at ``jog`` for the next ``time`` s."""
         self._task.steer(jog, time)
 
-    def go_back(self, posture: Posture) -> bool:
-        """A bench has made its move."""
-        return False
-
-    def retract(self) -> bool:
-        """A bench retracts by being steered so."""
-        return False
-
     def close(self) -> None:
         """Leave the robot slack and standing, and let the devices go."""
         if self._closed:
@@ -184,21 +179,28 @@ class BenchDrive:
         self._closed = True
         atexit.unregister(self.close)
         self._task.finish()
-        if self._readying:
+        if self._recalled():
             self._bench.interlock.interrupt("the session ends")
         if self._thread is not None:
             self._thread.join()
+        self._let_go()
+
+    def _let_go(self) -> None:
         try:
             leave_slack(self._bench)
-            if not self._broken:
+            if self._closed and not self._broken:
                 self._look(self._bench.sense())
         finally:
             self._bench.close()
 
-    def _prepared(self, scenario: Steered) -> Teleoperate:
-        """The task of a bench that is homed and armed."""
-        if (fault := prepare(self._bench)) is not None:
-            raise TendonrodError(f"the bench is not ready: {fault}")
+    def _recalled(self) -> bool:
+        """Take the operator's word back; whether what it allowed has begun."""
+        with self._lock:
+            self._acknowledged, has_begun = None, bool(self._readying)
+        return has_begun
+
+    def _teleoperated(self, scenario: Steered) -> Teleoperate:
+        """The task, within what the opened bench allows."""
         found = self._bench.interlock.limits
         axes = {"screw": found.screw, "translation": found.translation, "rotation": found.rotation}
         machine = Machine(length=self._length, turns=scenario.robot.turns, **axes)
@@ -235,7 +237,9 @@ class BenchDrive:
             made_ready(bench, self._look)
             self._look(bench.sense())  # the tension that there is now
             self._task.resume(homes)
-            self._look(bench.sense())  # with the turns counted anew
+            self._look(sample := bench.sense())  # with the turns counted anew
+            if homes and bench.interlock.state is State.ARMED:
+                self._homed_at(sample)
         finally:
             with self._lock:  # a word said twice is no word for the next fault
                 self._acknowledged, self._readying = None, ""
@@ -284,11 +288,17 @@ class BenchDrive:
         with self._lock:
             self._measured = seen
 
+    def _homed_at(self, sample: Sample) -> Posture:
+        """What is seen first of a retracted robot; the axes of a board stand a little off their references then."""
+        z = sample.translation.position
+        self._retracted = RETRACTED + (max(z, 0.0) if isfinite(z) else 0.0)
+        return self._seen(sample)
+
     def _seen(self, sample: Sample) -> Posture:
         """A sample in the words of the session. A reading that is missing leaves the last one."""
         self._time, z = sample.time, sample.translation.position
         if not isfinite(z + sample.rotation.position):
             return self._measured
-        insertion = 0.0 if z <= RETRACTED else min(z / self._length, 1.0)
+        insertion = 0.0 if z <= self._retracted else min(z / self._length, 1.0)
         rotation = self._task.section_rotation(sample)
         return Posture(insertion=insertion, rotation=rotation, tension=(self._task.tension,))

@@ -7,8 +7,8 @@ again and again, and a bench that gets no command for 0.1 s rightly stops. Here 
 It also outlives the session. Standard input brings a pickled `Start`, then one JSON object a line: {"steer":
 [insertion m/s, rotation rad/s, tension N/s, s]}, {"coupled": bool}, {"acknowledge": home}, {"halt": true}. A command to
 move ends by itself after its time. When standard input ends, so also when the session's process is killed, the tendon
-is let go and the devices are closed. Standard output brings {"ready": ...} or {"error": text}, then the state 100 times
-per second.
+is let go and the devices are closed; a homing that goes on at that time stops, also the one at the opening. Standard
+output brings {"ready": ...} or {"error": text}, then the state 100 times per second.
 """
 
 from __future__ import annotations
@@ -16,21 +16,25 @@ from __future__ import annotations
 import json
 import os
 import pickle
+import select
 import signal
 import sys
 import threading
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass
 from typing import Any
 
 from ..errors import TendonrodError
 from ..rig.benches import BenchSource, VirtualSource
+from ..rig.safety import Interlock
 from ..robot import Robot
 from .bench_drive import BenchDrive
 from .commands import NAMES, Jog
 from .limits import NavigationLimits
 
 TOLD_EVERY = 0.01  # s
+LOOKED_EVERY = 0.05  # s: how soon the end of an opening without a stop is noticed, not the stop, which comes at once
 PRIORITY = 60  # of real time, above the 50 that the docs give to whole programs
 NICER = -10
 
@@ -67,19 +71,20 @@ def main() -> int:
     """Hold the bench until standard input ends; 0, or 1 where it did not open."""
     for name in ("SIGINT", "SIGHUP"):  # they reach the session too, which then ends standard input
         signal.signal(getattr(signal, name), signal.SIG_IGN)
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))
-    start: Start = pickle.load(sys.stdin.buffer)
-    precede(start.source)  # before there are other threads, which inherit it
     try:
-        drive = BenchDrive(start, start.source, seed=start.seed, rate=start.rate, own_thread=True)
-    except TendonrodError as error:
-        _tell(error=str(error))
+        start: Start = pickle.load(sys.stdin.buffer)
+        precede(start.source)  # before there are other threads, which inherit it
+        drive = BenchDrive(start, start.source, seed=start.seed, rate=start.rate, own_thread=True, opening=opening)
+    except (TendonrodError, EOFError, pickle.UnpicklingError) as error:  # the latter: who started this was killed
+        with suppress(BrokenPipeError):
+            _tell(error=str(error))
         return 1
-    _tell(ready={"fastest": asdict(drive.fastest), "highest": drive.highest})
     ended = threading.Event()
     teller = threading.Thread(target=_tell_state, args=(drive, ended), daemon=True)
-    teller.start()
     try:
+        with suppress(BrokenPipeError):  # standard input has ended too
+            _tell(ready={"fastest": asdict(drive.fastest), "highest": drive.highest})
+        teller.start()
         for line in sys.stdin.buffer:
             _do(drive, json.loads(line))
     finally:
@@ -90,6 +95,34 @@ def main() -> int:
         with suppress(BrokenPipeError):
             _tell(**_state(drive))
     return 0
+
+
+@contextmanager
+def opening(interlock: Interlock) -> Iterator[None]:
+    """While a bench homes: the end of standard input or SIGTERM stops the axes and lets the tendon go.
+
+    Later SIGTERM ends the process from where it waits for the next command.
+    """
+    signal.signal(signal.SIGTERM, lambda *_: interlock.interrupt("SIGTERM"))
+    over = threading.Event()
+    watcher = threading.Thread(target=_watch_input, args=(interlock, over), name="input", daemon=True)
+    watcher.start()
+    try:
+        yield
+    finally:
+        over.set()
+        watcher.join()
+        signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))
+
+
+def _watch_input(interlock: Interlock, over: threading.Event) -> None:
+    """Nothing is said to a bench before it is ready: what there is to read meanwhile is the end."""
+    heard: Any = sys.stdin.buffer
+    while not over.is_set():
+        if select.select([heard], [], [], LOOKED_EVERY)[0]:
+            if not heard.peek(1):
+                interlock.interrupt("nobody steers any more")
+            return
 
 
 def _do(drive: BenchDrive, command: dict[str, Any]) -> None:
@@ -119,8 +152,8 @@ def _state(drive: BenchDrive) -> dict[str, Any]:
 
 
 def _tell(**what: Any) -> None:
-    sys.stdout.write(json.dumps(what) + "\n")
-    sys.stdout.flush()
+    """Without a buffer, which Python would try to write once more at its end, where nobody reads any more."""
+    os.write(sys.stdout.fileno(), json.dumps(what).encode() + b"\n")
 
 
 if __name__ == "__main__":

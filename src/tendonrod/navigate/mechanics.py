@@ -153,21 +153,21 @@ def _snap(scenario: Scenario, travel: Travel, goal: Posture, allowed: float) -> 
     start, goals = travel.body.posture, [goal]
     if allowed == inf:
         most = len(LONGER) if goal.insertion < start.insertion else 1
-        longer = [_lengthened(scenario, start, goal, strides) for strides in LONGER[:most]]
+        longer = [_lengthened(scenario, start, goal, count) for count in LONGER[:most]]
         over = _part(scenario, travel.body, longer[0], is_whole=False)
         if not over.refused:
             return over
         goals += longer
-    for each in goals:
+    for each in dict.fromkeys(goals):
         shape, _ = _solved(scenario, each, travel.body.shape, FAR)
         if shape is not None and (leap := motion(travel.body.shape, shape)) <= allowed:
             return Travel(body=Body(posture=each, shape=shape), snapped=leap)
     return travel
 
 
-def _lengthened(scenario: Scenario, start: Posture, goal: Posture, strides: float) -> Posture:
+def _lengthened(scenario: Scenario, start: Posture, goal: Posture, count: int) -> Posture:
     """A withdrawal to ``goal`` made as long as so many strides, where there is that much left to withdraw."""
-    share = max(1.0, strides / float(np.abs(apart(scenario, start, goal)).max()))
+    share = max(1.0, count / float(np.abs(apart(scenario, start, goal)).max()))
     return Posture(
         insertion=max(0.0, start.insertion + share * (goal.insertion - start.insertion)),
         rotation=goal.rotation if share * abs(goal.rotation - start.rotation) > abs(start.rotation)

@@ -185,8 +185,8 @@ class Pilot:
         return work(self.session)
 
     def _advance(self, now: float) -> None:
-        """A step as long as the time since the last, if it was one of the same motion."""
-        dt = min(max(now - self._last, SHORTEST), LONGEST) if self._moving else PERIOD
+        """A step as long as the time since the last round, the first of a motion no longer than a period."""
+        dt = min(max(now - self._last, SHORTEST), LONGEST if self._moving else PERIOD)
         found = self.dead_man.spend(dt, lambda jog: seconds(jog, STRIDES))
         if self.dead_man.lapsed():
             self._tell("warning", LAPSED)
@@ -212,6 +212,8 @@ class Pilot:
 
     def _begin_film(self, frames: Iterator[Snapshot], name: str, span: float, speed: float) -> None:
         self._film = Film(frames, name=name, span=span, speed=speed, clock=self.clock)
+        if self._moving:
+            self._rest(self.clock())
 
     def _change_film(self, changes: dict[str, Any]) -> None:
         if self._film is None:

@@ -7,6 +7,7 @@ references, and for that let the tendon go and draw the robot in. The operator h
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -16,6 +17,7 @@ from ..rig.interfaces import Sample
 from ..rig.loop import prepare
 from ..rig.safety import Interlock, loses_reference
 from ..rig.states import FaultKind, Reaction, State
+from .commands import Posture
 
 HOMING = "the bench lets the tendon go and draws the robot in to its references; Stop ends that"
 HELD_UP = (FaultKind.COMMAND_TIMEOUT, FaultKind.LATE, FaultKind.STALE_SENSOR)  # a control loop that got no time
@@ -37,6 +39,34 @@ class Trouble:
     remedy: str
     ready: bool = False
     homes: bool = False
+
+
+class OnBench(ABC):
+    """What the drives of a bench have in common: what they did is done, and what keeps them from moving is told."""
+
+    @property
+    @abstractmethod
+    def trouble(self) -> Trouble | None:
+        """What keeps the bench from moving, with what to do about it; None where nothing does."""
+
+    @property
+    @abstractmethod
+    def held_back(self) -> str:
+        """Why the bench inserts no further though it is told to, and has no fault; "" where it does what it is told."""
+
+    @property
+    def fault(self) -> str:
+        """Both in one sentence; "" where the bench does what it is told."""
+        trouble = self.trouble
+        return self.held_back if trouble is None else trouble.text
+
+    def go_back(self, posture: Posture) -> bool:
+        """A bench has made its move."""
+        return False
+
+    def retract(self) -> bool:
+        """A bench retracts by being steered so."""
+        return False
 
 
 def trouble_of(interlock: Interlock) -> Trouble | None:

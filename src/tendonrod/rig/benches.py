@@ -14,7 +14,7 @@ import numpy as np
 from ..errors import InvalidInput
 from ..loads import LumpedMass
 from ..measurement.trial import ROBOT, Tracker
-from ..robot import Robot
+from ..robot import Robot, as_robot
 from .clock import SystemClock
 from .interfaces import Bench, DeviceError
 
@@ -115,7 +115,7 @@ class DeviceSource:
     launchpad: arguments of `LaunchPad` ("port" and others), aurora: of `Aurora`, both but for the clock. calibration:
     of the load cell; tare_readings: how many are taken for its zero before homing, with a slack tendon, 0 for none.
     trackers: the tools and their holders. T_world_field: (4, 4) as rows, None where nobody knows. is_rehearsal: whether
-    an emulated board stands in for the real one, see `rehearsed`.
+    an emulated board stands in for the real one, see `rehearsed`. Raises `InvalidInput` for another than one tendon.
     """
 
     robot: Robot
@@ -128,6 +128,17 @@ class DeviceSource:
     T_world_field: tuple[tuple[float, ...], ...] | None = None
     limits: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
     is_rehearsal: bool = False
+
+    def __post_init__(self) -> None:
+        if as_robot(self.robot).n_tendons != 1:
+            raise InvalidInput("robot", f"{self.robot.name} with {self.robot.n_tendons} tendons", "of one tendon")
+
+    def check_port(self) -> None:
+        """Raise `DeviceError` where the board's port cannot be opened now; nothing is said to the board."""
+        from .launchpad import BAUD
+        from .serial_port import close_port, open_port
+
+        close_port(open_port(self.launchpad["port"], self.launchpad.get("baud", BAUD)))
 
     def open(self, seed: int = 0) -> Bench:
         """See `BenchSource`; real devices have no seed. What was opened is closed again where another fails."""

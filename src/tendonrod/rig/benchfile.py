@@ -5,8 +5,10 @@ Like `robotfile`, whose checks it shares: types by key here, ranges by the domai
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import re
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from math import inf
 from os import PathLike, fspath
 from pathlib import Path
 from types import MappingProxyType
@@ -25,7 +27,7 @@ from .aurora import check_options as check_aurora
 from .aurora_tools import checked_tools
 from .benches import BenchSource, DeviceSource, VirtualSource
 from .benchfile_tables import KINDS, DeviceFile, VirtualFile
-from .benchfile_units import flat, in_unit, to_si
+from .benchfile_units import flat, from_si, in_unit, to_si
 from .board_devices import Calibration
 from .launchpad import check_options as check_launchpad
 from .limits import AXES, Limits
@@ -68,11 +70,20 @@ class BenchFile:
         limits = self._limits()
         if self.is_virtual:
             setup = self._setup(robot, gravity)
+            self._check_travel(setup)
             found = VirtualSource(setup=setup, real_time=real_time, limits=limits)
         else:
             found = self._devices(robot, gravity, limits)
         self._check_tension()
         return found
+
+    def check_homing(self) -> None:
+        """An axis that finds its reference stands at 0 then. Raises `InvalidInput` where that is beyond its travel."""
+        for _, key, over in self._travels():
+            low, high = self._si(key)
+            if not low - over <= 0.0 <= high + over:
+                allowed = "a travel with 0 in it, where the axis stands when it is homed"
+                raise InvalidInput(f"{self.name}: {key}", at(self.table, key), allowed)
 
     def _setup(self, robot: Robot, gravity: Gravity) -> VirtualSetup:
         axes = {"screw": lead_screw, "translation": roller_translation, "rotation": roller_rotation}
@@ -146,11 +157,33 @@ class BenchFile:
         return _three(self._si(key))
 
     def _limits(self) -> Mapping[str, Any]:
-        """Fields of `Limits`, looked at beside the defaults of the others; the model's come later."""
-        keys = {flat: key for flat, key in self._keys("limits").items() if at(self.table, key) is not None}
+        """Fields of `Limits`, looked at beside the defaults of the others; the model's come later.
+
+        Where only the screw's speed is given, and is below the default of the release, it releases at that speed.
+        """
+        keys = self._keys("limits")
         axes = {name: self._axis_limits(name, keys) for name in AXES}
-        self._called(Limits, keys, **{name: replace(getattr(Limits(), name), **given) for name, given in axes.items()})
-        return MappingProxyType(self._given(keys) | {name: given for name, given in axes.items() if given})
+        speed, default = axes["screw"].get("speed", inf), Limits().release_rate
+        slower = {"release_rate": speed} if speed < default and self._si(keys["release_rate"]) is None else {}
+        made = {name: replace(getattr(Limits(), name), **given) for name, given in axes.items()}
+        self._called(Limits, keys, **made, **slower)
+        return MappingProxyType(slower | self._given(keys) | {name: given for name, given in axes.items() if given})
+
+    def _travels(self) -> Iterator[tuple[str, str, float]]:
+        """(axis, key) of each travel that is given, and by how much (m or rad) it may be passed."""
+        keys = self._keys("limits")
+        for name, over in zip(AXES, Limits().overrun, strict=True):
+            if at(self.table, key := keys[f"{name}_travel"]) is not None:
+                yield name, key, over
+
+    def _check_travel(self, setup: VirtualSetup) -> None:
+        """A virtual axis must be able to move within the travel that it is limited to."""
+        for name, key, _ in self._travels():
+            (low, high), axis = self._si(key), getattr(setup, name)
+            if not max(low, axis.low) < min(high, axis.high):
+                low, high = (from_si(key, end) for end in (axis.low, axis.high))
+                allowed = f"a travel that overlaps the axis' own, {low:.6g} to {high:.6g}"
+                raise InvalidInput(f"{self.name}: {key}", at(self.table, key), allowed)
 
     def _check_tension(self) -> None:
         """A limit that the load cell cannot show would never be found to be passed."""
@@ -162,14 +195,14 @@ class BenchFile:
 
     def _axis_limits(self, name: str, keys: dict[str, str]) -> dict[str, float]:
         """Fields of `AxisLimits` that the file gives; their keys are taken out of ``keys``."""
-        travel, speed = keys.pop(f"{name}_travel", None), keys.pop(f"{name}_speed", None)
+        travel, speed = keys.pop(f"{name}_travel"), keys.pop(f"{name}_speed")
         found: dict[str, float] = {}
-        if travel is not None:
+        if at(self.table, travel) is not None:
             low, high = vector(f"{self.name}: {travel}", at(self.table, travel), 2).tolist()
             if not low < high:
                 raise InvalidInput(f"{self.name}: {travel}", [low, high], "its low end below its high end")
             found["low"], found["high"] = self._si(travel)
-        if speed is not None:
+        if at(self.table, speed) is not None:
             positive(f"{self.name}: {speed}", at(self.table, speed))
             found["speed"] = self._si(speed)
         return found
@@ -184,8 +217,11 @@ class BenchFile:
         except InvalidInput as error:
             if error.field not in keys:
                 raise
-            said = in_file_words(self.name, error, self.table, keys)
-            raise InvalidInput(said.field, said.value, in_unit(keys[error.field], said.allowed)) from None
+            multiplied = re.findall(r"\* (\w+) =", error.allowed)  # what follows is the product, not the key's value
+            named = {flat: key for flat, key in keys.items() if flat not in multiplied}
+            said = in_file_words(self.name, error, self.table, named)
+            allowed = in_unit(keys[error.field], said.allowed).replace(" = None", "")  # a key that is left out
+            raise InvalidInput(said.field, said.value, allowed) from None
 
     def _values(self, place: str) -> dict[str, Any]:
         return self._given(self._keys(place))

@@ -41,14 +41,14 @@ def to_si(key: str, value: Any) -> Any:
 def in_file_units(field: str, value: Any) -> tuple[str, Any]:
     """(key, value) as a bench file says them of a field of `VirtualSetup`, dotted below one of its parts."""
     key = _keys().get(field, field)
-    return key, _back(key, value)
+    return key, from_si(key, value)
 
 
 def in_unit(key: str, allowed: str) -> str:
     """What is allowed of an SI number, in the key's unit: "from 0.001 to 1" is "from 1 to 1000" of a key in ms."""
 
     def said(number: str) -> str:
-        return f"{_back(key, float(number)):.6g}"
+        return f"{from_si(key, float(number)):.6g}"
 
     if ends := re.fullmatch(f"from ({_NUMBER}) to ({_NUMBER})", allowed):
         return f"from {said(ends[1])} to {said(ends[2])}"
@@ -56,8 +56,8 @@ def in_unit(key: str, allowed: str) -> str:
     return re.sub(bound, lambda found: found[1] + said(found[2]) + (f" {unit_of(key)}" if found[3] else ""), allowed)
 
 
-def _back(key: str, value: Any) -> Any:
-    """From SI."""
+def from_si(key: str, value: Any) -> Any:
+    """The reverse of `to_si`."""
     return _each(_scaled(3), lambda angle: float(f"{degrees(angle):.9g}"), key, value)
 
 

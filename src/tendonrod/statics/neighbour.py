@@ -17,7 +17,7 @@ from ..errors import InvalidInput, whole
 from ..robot import Robot
 from .equilibrium import prepare
 from .newton import CONTACT_STEPS, NewtonSolution
-from .problem import problem_of
+from .problem import RodProblem, problem_of
 from .shape import Shape, Status
 from .solution import CONVERGED, RETRACTED, Solution
 
@@ -77,8 +77,8 @@ def neighbour(
         before = _shape(robot, np.linspace(0.0, near.length, s.size), near._solution, Status.CONVERGED)
         return motion(before, _shape(robot, s, found, Status.CONVERGED)) > effort.farthest
 
-    asked_for = NewtonSolution(problem_of(solution))
-    return _shape(robot, s, *_found(asked_for, None if near is None else near._solution, effort, is_far))
+    found, status = _found(problem_of(solution), None if near is None else near._solution, effort, is_far)
+    return _shape(robot, s, found, status)
 
 
 def _shape(robot: Robot, s: np.ndarray, solution: Solution | NewtonSolution, status: Status) -> Shape:
@@ -99,27 +99,24 @@ def motion(start: Shape, shape: Shape) -> float:
 
 
 def _found(
-    asked: NewtonSolution,
+    problem: RodProblem,
     near: Solution | NewtonSolution | None,
     effort: Effort,
     is_far: Callable[[NewtonSolution], bool],
 ) -> tuple[NewtonSolution, Status]:
     """On the neighbour's grid alone, else on finer and finer grids until two agree."""
-    request = asked.problem.request
-    goal = asked.accuracy if request.surface is None else max(asked.accuracy, request.contact_tolerance)
+    request = problem.request
+    goal = request.accuracy if request.surface is None else max(request.accuracy, request.contact_tolerance)
     if near is not None and not effort.is_checked and near.error < TRUSTED * goal:
-        same = _grid(asked, near.steps, min(effort.most_looks, FEW_LOOKS))
+        same = _grid(problem, near.steps, min(effort.most_looks, FEW_LOOKS))
         if same.run(near) == CONVERGED and not _enters(same):
             same.error = near.error
             return same, Status.CONVERGED
-    steps = _first_steps(near, goal)
-    coarse = _grid(asked, steps, effort.most_looks)
-    if 2 * steps > effort.most_steps:
-        return coarse, Status.TOO_FINE
+    coarse = _grid(problem, _first_steps(near, goal, effort.most_steps), effort.most_looks)
     if coarse.run(near) != CONVERGED:
         return coarse, Status.STALLED
     while 2 * coarse.steps <= effort.most_steps:
-        fine = _grid(asked, 2 * coarse.steps, effort.most_looks)
+        fine = _grid(problem, 2 * coarse.steps, effort.most_looks)
         if fine.run(coarse) != CONVERGED:
             return fine, Status.STALLED
         fine.error = _error(fine, coarse)
@@ -131,18 +128,18 @@ def _found(
     return coarse, Status.TOO_FINE
 
 
-def _grid(asked: NewtonSolution, steps: int, looks: float) -> NewtonSolution:
-    """The same problem on a grid, unsolved; looks: see `Effort`."""
-    solution = asked.again(steps)
-    solution.most_looks = looks * min(1.0, LARGE / steps)
-    return solution
+def _grid(problem: RodProblem, steps: int, looks: float) -> NewtonSolution:
+    """The problem on a grid, unsolved; looks: see `Effort`."""
+    return NewtonSolution(problem.with_steps(steps), most_looks=looks * min(1.0, LARGE / steps))
 
 
-def _first_steps(near: Solution | NewtonSolution | None, goal: float) -> int:
-    """Of the coarser grid: half of what the neighbour took, or a quarter where that was much more than enough."""
+def _first_steps(near: Solution | NewtonSolution | None, goal: float, most: int) -> int:
+    """Of the coarser grid: half of what the neighbour took, or a quarter where that was much more than enough; no more
+    than half of ``most``, so that a finer one can follow also where the neighbour was granted more.
+    """
     if near is None:
         return CONTACT_STEPS
-    return max(CONTACT_STEPS, near.steps // (4 if near.error < PLENTY * goal else 2))
+    return max(CONTACT_STEPS, min(near.steps // (4 if near.error < PLENTY * goal else 2), most // 2))
 
 
 def _error(fine: NewtonSolution, coarse: NewtonSolution) -> float:

@@ -184,7 +184,7 @@ class NewtonSolution:
     def again(self, steps: int | None = None) -> NewtonSolution:
         """The same problem, unsolved; with a fixed number of steps where it is given."""
         problem = self.problem if steps is None else self.problem.with_steps(steps)
-        return NewtonSolution(problem, most_looks=self.most_looks)
+        return NewtonSolution(problem)
 
     @property
     def is_driven(self) -> bool:

@@ -2,9 +2,10 @@
 // their shape on every layout; the letter shown is that of the layout where the browser tells it.
 
 export const AXES = [
-  { name: "insertion", label: "Insertion", less: "Retract", more: "Insert" },
-  { name: "rotation", label: "Rotation", less: "Turn −", more: "Turn +" },
-  { name: "tension", label: "Tendon", less: "Release", more: "Pull" },
+  { name: "insertion", label: "Insertion", less: "Retract", more: "Insert", does: { "-": "Draws the robot into the outer tube", "+": "Pushes the robot out of the outer tube" } },
+  { name: "rotation", label: "Rotation", less: "Turn −", more: "Turn +",
+    does: { "-": "Turns the robot anticlockwise, seen from behind", "+": "Turns the robot clockwise, seen from behind" } },
+  { name: "tension", label: "Tendon", less: "Release", more: "Pull", does: { "-": "Lets the tendon go: the robot bends less", "+": "Pulls the tendon: the robot bends more" } },
 ];
 
 export const STANDARD = {

@@ -6,6 +6,12 @@ import { element, setText } from "./elements.js";
 const LABELS = {
   strain: "Strain", pressure: "Tissue pressure", push: "Push (Euler)", contact_force: "Contact force",
 };
+const MEANINGS = {
+  strain: "The largest strain of the tube’s wall; beyond the limit it is no longer elastic",
+  pressure: "The highest contact pressure on cord or dura; the limit is an engineering choice",
+  push: "What pushes along the tube, and Euler’s load: beyond it only the walls keep the robot where it is",
+  contact_force: "The contact forces on the robot, added as vectors",
+};
 const OWN = /^(insertion|rotation|tension)/; // these have rows of their own
 const SIDES = ["ventral", "ventral left", "left", "dorsal left", "dorsal", "dorsal right", "right", "ventral right"];
 const NEAR = 0.85; // share of a limit from which a gauge turns amber
@@ -35,13 +41,13 @@ export class Gauges {
     const { length } = this.scene.robot;
     const gauges = state.gauges ?? {};
     const travel = { key: "insertion", label: "Insertion", value: state.insertion * length, low: 0, high: length, unit: "m",
-      note: `${fixed(100 * state.insertion, 0)} %`, level: level(gauges.insertion, true) };
+      note: `${fixed(100 * state.insertion, 0)} %`, title: "How far the robot is out of the outer tube, and of its length", level: level(gauges.insertion, true) };
     const turn = { key: "rotation", label: "Rotation", value: state.rotation, unit: "rad", note: bendsTo(state.rotation), ...ends(gauges.rotation),
       title: "Turned by so much at the outer tube's exit; the side to which a pull on the tendon bends the robot there", isCentred: true };
     const pulls = state.tension.map((value, i) => {
       const gauge = gauges.tension ?? gauges[`tension_${i}`] ?? gauges[`tension_${i + 1}`] ?? {};
       const label = state.tension.length > 1 ? `Tendon ${i + 1}` : "Tension";
-      return { key: `tension${i}`, label, value, low: gauge.low ?? 0, high: gauge.high, unit: "N", level: level(gauge, true) };
+      return { key: `tension${i}`, label, value, low: gauge.low ?? 0, high: gauge.high, unit: "N", title: "The pull on the tendon, and its stop", level: level(gauge, true) };
     });
     return [travel, turn, ...pulls];
   }
@@ -78,14 +84,14 @@ function clearances(state) {
     const [value] = least(values);
     const warning = value === null ? "" : value < -TOUCH ? "bad" : value < CLEARANCE_LOW ? "warn" : "";
     return { key: `clearance-${name}`, label: `To the ${name}`, value: value ?? NaN, low: 0, high: CLEARANCE_SPAN, unit: "m",
-      digits: 2, note: value !== null && value <= TOUCH ? "touching" : "least", level: warning };
+      digits: 2, note: value !== null && value <= TOUCH ? "touching" : "least", level: warning, title: `The least distance from the tube’s wall, along the whole body, to the ${name}` };
   });
   return bodyClearance(state.clearance).length ? rows : rows.map((row) => ({ ...row, value: NaN, level: "" }));
 }
 
 function limits(state) {
   return Object.entries(state.gauges ?? {}).filter(([name]) => !OWN.test(name) && !name.startsWith("clearance"))
-    .map(([name, gauge]) => ({ key: name, label: labelOf(name), ...gauge, level: level(gauge), ...fine(gauge) }));
+    .map(([name, gauge]) => ({ key: name, label: labelOf(name), title: MEANINGS[name], ...gauge, level: level(gauge), ...fine(gauge) }));
 }
 
 /** Strains are small percentages, forces on tissue a few millinewtons. */
@@ -117,6 +123,7 @@ function share({ value, low, high }) {
 function limitText({ high, unit, digits }) {
   if (!isNumber(high) || high <= 0) return "";
   const how = display(unit);
+  if (unit === "mN" && high >= 1) return `of ${fixed(high, 1)} N`;
   return `of ${fixed(high * how.factor, digits ?? how.digits)}`;
 }
 

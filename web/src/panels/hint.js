@@ -1,10 +1,10 @@
 // The first drive: what to hold, in a few lines over the view, until it has arrived or is put away. Remembered by the
 // browser. Where there is little room only the present step is shown.
 
-import { byId, element } from "./elements.js";
+import { byId, element, setText } from "./elements.js";
 
 const STORED = "tendonrod.hint";
-const NARROW = 620; // px of the view, below which all steps, or long warnings, would hide the robot
+const NARROW = 720; // px of the view, below which all steps, or long warnings, would hide the robot
 const LOW = 440;
 const ENOUGH = 0.97; // of the tension to pull to
 const AS_BEGUN = 1e-3; // m and rad, within which the outer tube is where a recipe begins
@@ -65,7 +65,9 @@ export class Hint {
     const { control, state } = this.store;
     const isPulled = !this.recipe || Math.max(...(state?.tension ?? [0])) >= ENOUGH * this.recipe.tension || state.insertion > 0;
     const now = !control.you ? 0 : !isPulled ? 1 : this.recipe ? 2 : 1;
-    [...byId("hint-steps").children].forEach((one, i) => one.classList.toggle("now", i === now));
+    const steps = [...byId("hint-steps").children];
+    setText(steps[0], control.operator && !control.free && !control.you ? `${control.operator} has control: take it once it is released.` : "Take control.");
+    steps.forEach((one, i) => one.classList.toggle("now", i === now));
   }
 
   fill() {
@@ -73,7 +75,7 @@ export class Hint {
     const steps = [
       ["Take control."],
       ...this.drive(key),
-      [key("rotation-"), " ", key("rotation+"), " turn the side to which it bends; ", key("insertion-"), " ", key("tension-"), " go back."],
+      [key("rotation-"), "\u00a0", key("rotation+"), " turn the side to which it bends; ", key("insertion-"), "\u00a0", key("tension-"), " go back."],
       ["Let go to stop; ", element("kbd", {}, "Esc"), " stops everything."],
       ["The filled ring is the nearest target."],
     ];

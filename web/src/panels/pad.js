@@ -17,8 +17,8 @@ export class Pad {
   row(axis) {
     const less = this.button(axis, "-", axis.less);
     const more = this.button(axis, "+", axis.more);
-    const rate = element("output");
-    const slider = element("input", { type: "range", min: 0, max: 100, step: 1, ariaLabel: `Rate of ${axis.label.toLowerCase()}` });
+    const rate = element("output", { ariaLive: "off" }); // the slider says it
+    const slider = element("input", { type: "range", min: 0, max: 100, step: 1, ariaLabel: `Rate of ${axis.label.toLowerCase()}`, title: "How fast at full deflection" });
     slider.addEventListener("input", () => this.slide(axis.name));
     const middle = element("div", { className: "rate" }, element("span", {}, axis.label), rate, slider);
     this.box.append(element("div", { className: "axis" }, less.button, middle, more.button));
@@ -29,6 +29,7 @@ export class Pad {
     const key = element("kbd");
     const button = element("button", { type: "button", className: "hold", disabled: true }, element("span", {}, label), key);
     button.dataset.action = axis.name + sign;
+    button.title = `${axis.does[sign]}, while held`;
     this.buttons.add(button, axis.name + sign);
     return { button, key };
   }
@@ -84,6 +85,8 @@ export class Pad {
 
   showRate(name) {
     const { factor, unit, digits } = display(UNITS[name]);
-    setText(this.rows[name].rate, `${fixed(this.rates[name] * factor, digits)} ${unit}`);
+    const text = `${fixed(this.rates[name] * factor, digits)} ${unit}`;
+    setText(this.rows[name].rate, text);
+    this.rows[name].slider.setAttribute("aria-valuetext", text);
   }
 }

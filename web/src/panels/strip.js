@@ -80,6 +80,7 @@ export class Strip {
       last = isNumber(sample[key]) ? sample : null;
     }
     context.stroke();
+    if (lane >= 32) ends(context, this.tops[key], [top + 8, bottom], theme);
     caption(context, name, `${fixed(this.samples.at(-1)?.[key], digits)} ${unit}`, { middle: top + lane / 2, isFlat: lane < 32 }, theme, theme[key]);
   }
 
@@ -112,6 +113,15 @@ function rule(context, from, to, y, colour) {
   context.moveTo(from, y + 0.5);
   context.lineTo(to, y + 0.5);
   context.stroke();
+}
+
+/** What the ends of a lane stand for. */
+function ends(context, most, [high, low], theme) {
+  context.fillStyle = theme.quiet;
+  context.textAlign = "right";
+  context.textBaseline = "middle";
+  context.fillText(fixed(most, most < 10 ? 1 : 0), LEFT - 6, high);
+  context.fillText("0", LEFT - 6, low - 3);
 }
 
 function caption(context, name, value, { middle, isFlat }, theme, colour) {

@@ -24,7 +24,7 @@ export class TargetList {
 
   group(level, targets) {
     if (!targets.length) return null;
-    return element("section", { className: "level" }, element("h3", {}, level), element("ul", {}, ...targets.map((target) => this.row(target))));
+    return element("section", { className: "level" }, element("h3", {}, level), element("ul", { ariaLabel: level }, ...targets.map((target) => this.row(target))));
   }
 
   row(target) {

@@ -1,7 +1,7 @@
 // Dark or light: as the system says, or as the switch was left.
 
 const STORED = "tendonrod.theme";
-const NAMES = { text: "--text", quiet: "--quiet", line: "--line", good: "--good", warn: "--warn", bad: "--bad", trace: "--trace", target: "--target",
+const NAMES = { ground: "--ground", text: "--text", quiet: "--quiet", line: "--line", good: "--good", warn: "--warn", bad: "--bad", trace: "--trace", target: "--target",
   insertion: "--lane-insertion", tension: "--lane-tension", clearance: "--lane-clearance" };
 
 export class Theme {
@@ -29,6 +29,7 @@ export class Theme {
   apply() {
     document.documentElement.dataset.theme = this.isLight ? "light" : "dark";
     this.button.textContent = this.isLight ? "Dark" : "Light";
+    this.button.ariaLabel = `${this.button.textContent} colours`;
     const style = getComputedStyle(document.documentElement);
     this.colours = Object.fromEntries(Object.entries(NAMES).map(([key, name]) => [key, style.getPropertyValue(name).trim()]));
     this.colours.isLight = this.isLight;

@@ -5,22 +5,23 @@ import { Vector3 } from "three";
 /** Direction from the looked-at point to the camera: +x dorsal, +y the patient's right, +z cranial (up in the picture). */
 export const PRESETS = {
   Oblique: new Vector3(1, 0.9, 0.55),
+  Whole: new Vector3(1, 0.9, 0.35),
   Dorsal: new Vector3(1, 0, 0),
   Ventral: new Vector3(-1, 0, 0),
   Left: new Vector3(0, -1, 0),
   Right: new Vector3(0, 1, 0),
   Cranial: new Vector3(-0.002, 0, 1), // a hair off the pole, so that dorsal is up
-  Whole: new Vector3(1, 0.9, 0.35),
 };
 
 const ABOVE = 4; // mm
 
 export class Cameras {
-  constructor(camera, controls) {
-    Object.assign(this, { camera, controls, isFollowing: false, preset: "Oblique" });
+  /** onPreset(name): called with the direction in which it looks from now on, "" once the user has turned it. */
+  constructor(camera, controls, onPreset = () => {}) {
+    Object.assign(this, { camera, controls, onPreset, isFollowing: false, preset: "Oblique" });
     this.reach = this.whole = { centre: new Vector3(), size: 40 };
     this.tip = null;
-    controls.addEventListener("start", () => this.cut(false)); // turned away from above: nothing is cut off any more
+    controls.addEventListener("start", () => this.leave());
   }
 
   /** What to look at, each {centre, size}: the middle and half the height (mm) of the robot's reach, and of all. */
@@ -29,8 +30,15 @@ export class Cameras {
     this.go(this.preset);
   }
 
+  /** Turned by hand: nothing is cut off any more as from above. */
+  leave() {
+    this.cut(false);
+    this.onPreset("");
+  }
+
   go(name) {
     this.preset = name;
+    this.onPreset(name);
     const isAbove = name === "Cranial";
     const isWhole = name === "Whole";
     const { centre, size: most } = isWhole ? this.whole : this.reach;

@@ -30,9 +30,7 @@ export class Section {
     this.body(context, at, scale, state, [x, y], theme);
     labels(context, width, height, theme);
     scaleBar(context, width, height, scale, theme);
-    context.fillStyle = theme.quiet;
-    context.textAlign = "right";
-    context.fillText(`z ${fixed(z, 1)} mm`, width - 8, height - 8);
+    write(context, `z ${fixed(z, 1)} mm`, "right", [width - 8, height - 8], theme);
   }
 
   tissue(context, at, z, theme) {
@@ -94,26 +92,28 @@ function trace(context, points) {
 }
 
 function labels(context, width, height, theme) {
-  context.fillStyle = theme.quiet;
-  context.font = theme.font;
-  context.textBaseline = "alphabetic";
-  context.textAlign = "center";
-  context.fillText("Dorsal", width / 2, 14);
-  context.fillText("Ventral", width / 2, height - 8);
-  context.textAlign = "left";
-  context.fillText("R", 8, 14);
-  context.textAlign = "right";
-  context.fillText("L", width - 8, 14);
+  write(context, "Dorsal", "center", [width / 2, 14], theme);
+  write(context, "Ventral", "center", [width / 2, height - 8], theme);
+  write(context, "R", "left", [8, 14], theme);
+  write(context, "L", "right", [width - 8, 14], theme);
+}
+
+/** Words with a rim of the ground, so that they can be read over tissue. */
+function write(context, text, align, [x, y], theme) {
+  Object.assign(context, { font: theme.font, textBaseline: "alphabetic", textAlign: align, lineWidth: 3, lineJoin: "round",
+    strokeStyle: theme.ground, fillStyle: theme.text });
+  context.strokeText(text, x, y);
+  context.fillText(text, x, y);
 }
 
 function scaleBar(context, width, height, scale, theme) {
   const length = 5;
-  context.strokeStyle = theme.quiet;
-  context.lineWidth = 2;
-  context.beginPath();
-  context.moveTo(8, height - 20);
-  context.lineTo(8 + length * scale, height - 20);
-  context.stroke();
-  context.textAlign = "left";
-  context.fillText(`${length} mm`, 8, height - 7);
+  for (const [colour, lineWidth] of [[theme.ground, 5], [theme.text, 2]]) {
+    Object.assign(context, { strokeStyle: colour, lineWidth });
+    context.beginPath();
+    context.moveTo(8, height - 22);
+    context.lineTo(8 + length * scale, height - 22);
+    context.stroke();
+  }
+  write(context, `${length} mm`, "left", [8, height - 8], theme);
 }
