@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from tendonrod.errors import InvalidInput
-from tendonrod.navigate.commands import Jog, Posture
+from tendonrod.navigate.commands import FASTEST, Jog, Posture
 from tendonrod.navigate.outer_tube import OuterTube
 from tendonrod.navigate.recovery import Trouble
 from tendonrod.navigate.snapshot import Gauge, Snapshot
@@ -47,7 +47,7 @@ def scenario() -> Any:
 class PretendSession:
     """What the service asks of a `Session`. fail: the next step raises, as a defect would."""
 
-    can_reset = True
+    can_reset, fastest = True, Jog(**FASTEST)
 
     def __init__(self) -> None:
         self.scenario, self.coupled, self.fail, self.closed = scenario(), True, False, False

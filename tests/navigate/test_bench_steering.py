@@ -39,6 +39,19 @@ def test_an_insertion_turns_nothing_however_often_it_begins_and_ends(scenario, r
     drive.close()
 
 
+def test_the_last_period_of_a_command_moves_only_for_what_is_left_of_it(scenario):
+    drive = steered(scenario)
+    drive.advance(STAND, STEP)
+    before = drive._task._phi
+    drive.steer(Jog(rotation=0.5), 2.5 * drive._period)
+    for _ in range(5):
+        drive._due += drive._period
+        drive._bench.clock.wait_until(drive._due)
+        drive._run_period()
+    assert drive._task._phi - before == pytest.approx(0.5 * 2.5 * drive._period)
+    drive.close()
+
+
 def test_uncoupled_the_helix_turns_the_robot_by_what_was_inserted(scenario):
     drive = steered(scenario)
     before = moved(drive, PULL, 3.0)

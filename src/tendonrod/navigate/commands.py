@@ -63,6 +63,11 @@ class Rates:
         """Name -> (lowest, highest) rate, SI."""
         return {name: (SLOWEST[name], FASTEST[name]) for name in NAMES}
 
+    def limited(self, fastest: Jog) -> Rates:
+        """No faster than ``fastest``, as far as that is allowed."""
+        both = {name: min(getattr(self, name), getattr(fastest, name)) for name in NAMES}
+        return Rates(**{name: max(SLOWEST[name], rate) for name, rate in both.items()})
+
     def jog(self, insertion: float = 0.0, rotation: float = 0.0, tension: float = 0.0) -> Jog:
         """The jog of deflections from -1 to 1. Raises `InvalidInput`."""
         shares = {"insertion": insertion, "rotation": rotation, "tension": tension}

@@ -7,7 +7,7 @@ from math import inf, tau
 from typing import Protocol
 
 from ..errors import TendonrodError
-from .commands import Jog, Posture
+from .commands import FASTEST, Jog, Posture
 from .recovery import Trouble
 from .scenario import Scenario
 
@@ -41,6 +41,11 @@ class Drive(Protocol):
         ...
 
     @property
+    def fastest(self) -> Jog:
+        """Rates that it can follow for long."""
+        ...
+
+    @property
     def highest(self) -> float:
         """Tension (N) that it goes to at most, inf where only the scenario limits it."""
         ...
@@ -71,7 +76,7 @@ class Drive(Protocol):
 class Untroubled:
     """What a drive says that knows no faults."""
 
-    fault, trouble, highest = "", None, inf
+    fault, trouble, highest, fastest = "", None, inf, Jog(**FASTEST)
 
     def acknowledge(self, home: bool = False) -> None:
         """Raises `TendonrodError`."""

@@ -49,7 +49,7 @@ class Service:
         self.is_ending = self._is_opening = False
         self.records: Records | None = records
         self.record: Path | None = None
-        self.seat, self.rates = Seat(clock), Rates()
+        self.seat, self.rates = Seat(clock), Rates().limited(session.fastest)
         self.show: Callable[[str], None] = lambda text: None
         self.tell: Tell = lambda message: None
         self.control_changed: Callable[[], None] = lambda: None
@@ -81,13 +81,18 @@ class Service:
     def welcome(self, client: str) -> dict[str, Any]:
         """As `told.Welcome`."""
         settings = self.settings().model_dump()
-        allowed = {name: list(ends) for name, ends in Rates.allowed().items()}
+        most = asdict(self._most())
+        allowed = {name: [low, most[name]] for name, (low, _) in Rates.allowed().items()}
         return {
             "type": "welcome", "protocol": told.PROTOCOL, "client": client, "scene": self.scene(),
             "rates": settings["rates"], "allowed_rates": allowed, "coupled": settings["coupled"],
             "allowed_tube": {name: list(ends) for name, ends in RANGES.items()}, "past": self._past.told(),
             "can_reset": self.pilot.session.can_reset,
         }  # fmt: skip
+
+    def _most(self) -> Rates:
+        """The highest rates of this session."""
+        return Rates(**{name: high for name, (_, high) in Rates.allowed().items()}).limited(self.pilot.session.fastest)
 
     # ---- what stops
 
@@ -141,9 +146,10 @@ class Service:
         return self.pilot.hold(self.rates.jog(jog.insertion, jog.rotation, jog.tension), seconds)
 
     def set_rates(self, who: str, rates: asked.SomeRates | asked.Rates) -> None:
-        """What is left out stays. Raises `InvalidInput` outside the allowed rates."""
+        """What is left out stays, and a bench goes no faster than it can. Raises `InvalidInput` outside all rates."""
         self._needs_control(who)
-        self.rates = replace(self.rates, **rates.model_dump(exclude={"type"}, exclude_none=True))
+        asked_for = replace(self.rates, **rates.model_dump(exclude={"type"}, exclude_none=True))
+        self.rates = asked_for.limited(self.pilot.session.fastest)
         self.tell(self.settings())
 
     def reset(self, who: str) -> Future[Any]:
@@ -287,8 +293,9 @@ class Service:
         self.newest = frame
         self._past.see(frame)
         trouble = self.pilot.session.trouble
-        live = self._news.of(frame.snapshot) if frame.mode == "live" else []
-        for severity, text in [*self._news.trouble("" if trouble is None else trouble.text), *live]:
+        faults = self._news.trouble("" if trouble is None else trouble.text)
+        live = self._news.of(frame.snapshot) if frame.mode == "live" else []  # a fault that is known is no refusal
+        for severity, text in [*faults, *live]:
             self.event(severity, text)
         for at, severity, text in frame.news:
             self.event(severity, text, at)

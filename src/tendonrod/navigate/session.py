@@ -51,6 +51,11 @@ class Session:
         return isinstance(self._drive, Untroubled)
 
     @property
+    def fastest(self) -> Jog:
+        """Rates that the drive can follow for long."""
+        return self._drive.fastest
+
+    @property
     def trouble(self) -> Trouble | None:
         """What keeps a bench from moving, and what to do about it; None where nothing does."""
         return self._drive.trouble

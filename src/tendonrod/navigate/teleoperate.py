@@ -89,8 +89,9 @@ class Teleoperate(Staged):
         self._out = sample.translation.position
 
     def _following(self, sample: Sample, dt: float) -> Command:
-        jog = self._jog if self._left > 0.0 else STAND
-        span, self._left = min(max(dt, 0.0), DEAD_MAN), self._left - dt
+        span = min(max(dt, 0.0), DEAD_MAN)
+        jog, span = (self._jog, min(span, self._left)) if self._left > 0.0 else (STAND, span)
+        self._left -= dt
         self._drop(jog, sample)
         speed, turn = self._goals(jog, sample, span)
         if self.target <= 0.0 and self.tension <= 0.0 and jog.tension <= 0.0:
