@@ -41,10 +41,11 @@ def test_an_insertion_turns_nothing_however_often_it_begins_and_ends(scenario, r
 
 def test_the_last_period_of_a_command_moves_only_for_what_is_left_of_it(scenario):
     drive = steered(scenario)
+    drive.coupled = False  # else the goal follows the noise of the translation
     drive.advance(STAND, STEP)
     before = drive._task._phi
     drive.steer(Jog(rotation=0.5), 2.5 * drive._period)
-    for _ in range(5):
+    for _ in range(3):
         drive._due += drive._period
         drive._bench.clock.wait_until(drive._due)
         drive._run_period()
