@@ -85,7 +85,8 @@ export class Pad {
 
   showRate(name) {
     const { factor, unit, digits } = display(UNITS[name]);
-    const text = `${fixed(this.rates[name] * factor, digits)} ${unit}`;
+    const rate = this.rates[name] * factor;
+    const text = `${fixed(rate, rate < 1 ? 2 : digits)} ${unit}`;
     setText(this.rows[name].rate, text);
     this.rows[name].slider.setAttribute("aria-valuetext", text);
   }
