@@ -18,6 +18,7 @@ NAMES = ("chromium", "chromium-browser", "google-chrome")
 QUIET = ["--no-sandbox", "--disable-background-networking", "--disable-component-update", "--no-first-run"]
 FLAT = "--disable-3d-apis"  # no WebGL: the controls are then tested without waiting for pictures
 SOFTWARE = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+DRAWN = "tendonrod.framesDrawn > 1 && tendonrod.picture.anatomy.parts.length > 0"
 PADS = "window.pads = []; navigator.getGamepads = () => window.pads;"
 
 
@@ -32,6 +33,15 @@ def chromium(*, draws: bool) -> Iterator[Browser]:
         browser = playwright.chromium.launch(executable_path=path, args=[*QUIET, *(SOFTWARE if draws else [FLAT])])
         yield browser
         browser.close()
+
+
+@contextmanager
+def faultless(browser: Browser, url: str, **options: Any) -> Iterator[Tab]:
+    """A page whose script has had no fault by the end; options: of its context."""
+    tab = Tab(browser, url, **options)
+    yield tab
+    assert not tab.faults
+    tab.context.close()
 
 
 class Tab:

@@ -4,7 +4,7 @@ import time
 
 import pytest
 
-from navigate.browser import Tab, chromium
+from navigate.browser import Tab, chromium, faultless
 from navigate.pretend import LENGTH, PretendSession
 from navigate.served import eventually, served
 from tendonrod.navigate.messages import CLIENT
@@ -29,12 +29,10 @@ def server():
 @pytest.fixture(scope="module")
 def page(browser, server):
     """The page of all tests. Whatever it said was understood, and its script had no fault."""
-    found = Tab(browser, server.url)
-    yield found
-    for message in found.sent:
-        CLIENT.validate_json(message)
-    assert not found.faults
-    found.context.close()
+    with faultless(browser, server.url) as found:
+        yield found
+        for message in found.sent:
+            CLIENT.validate_json(message)
 
 
 @pytest.fixture

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from navigate.browser import Tab, chromium
+from navigate.browser import DRAWN, chromium, faultless
 from navigate.pretend import PretendSession
 from navigate.served import served
 from tendonrod.navigate.snapshot import Notice
@@ -51,11 +51,9 @@ def server(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def page(browser, server):
-    found = Tab(browser, server.url)
-    found.until("tendonrod.framesDrawn > 1 && tendonrod.picture.anatomy.parts.length > 0")
-    yield found
-    assert not found.faults
-    found.context.close()
+    with faultless(browser, server.url) as found:
+        found.until(DRAWN)
+        yield found
 
 
 @pytest.fixture

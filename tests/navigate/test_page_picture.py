@@ -8,7 +8,7 @@ from urllib.parse import urlsplit
 import pytest
 
 import tendonrod.navigate
-from navigate.browser import Tab, chromium
+from navigate.browser import DRAWN, chromium, faultless
 from navigate.pretend import PretendSession
 from navigate.served import served
 
@@ -31,11 +31,9 @@ def server(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def tab(browser, server):
-    found = Tab(browser, server.url, color_scheme="light")
-    found.until("tendonrod.framesDrawn > 1 && tendonrod.picture.anatomy.parts.length > 0")
-    yield found
-    assert not found.faults
-    found.context.close()
+    with faultless(browser, server.url, color_scheme="light") as found:
+        found.until(DRAWN)
+        yield found
 
 
 def test_the_page_asks_no_other_host(tab, server):

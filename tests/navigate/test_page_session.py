@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from navigate.browser import Tab, chromium
+from navigate.browser import Tab, chromium, faultless
 from navigate.pretend import PretendSession
 from navigate.served import eventually, served
 from tendonrod.navigate.commands import Jog
@@ -43,11 +43,9 @@ def server(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def page(browser, server):
-    found = Tab(browser, server.url)
-    found.get("document.querySelector('#hint-close').click()")
-    yield found
-    assert not found.faults
-    found.context.close()
+    with faultless(browser, server.url) as found:
+        found.get("document.querySelector('#hint-close').click()")
+        yield found
 
 
 @pytest.fixture

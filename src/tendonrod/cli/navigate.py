@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -125,14 +124,11 @@ def _bench_file(bench: str, robot: Robot) -> BenchFile:
 
 def _robot(scene: str | None, robot: str | None) -> Robot:
     """That of the session, with any torsion; what else is wrong in the scene is told with the rest of it."""
-    from ..files import text_of
-    from ..navigate.scenariofile import SHAPE
+    from ..navigate.scenariofile import robot_named
     from ..robot import load_robot
-    from ..robotfile_words import parsed
 
     if robot is None and scene is not None:
-        given = parsed(scene, text_of("scene", scene, "TOML"), SHAPE).get("robot", ROBOT)
-        robot = str(Path(scene).parent / given) if str(given).endswith(".toml") else str(given)
+        robot = robot_named(scene)
     return load_robot(robot or ROBOT)
 
 

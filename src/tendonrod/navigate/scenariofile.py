@@ -91,11 +91,7 @@ def read_scenario(path: str | PathLike[str] | None = None, **options: Any) -> Sc
     of robot and phantom files are relative to the scene file.
     """
     name = "scene" if path is None else fspath(path)
-    table = {} if path is None else parsed(name, text_of("scene", name, "TOML"), SHAPE)
-    found = _values(f"{name}: ", table, KEYS)
-    for key in ("robot", "phantom"):
-        if str(found.get(key, "")).endswith(".toml"):
-            found[key] = str(Path(name).parent / found[key])
+    found = _values(f"{name}: ", {} if path is None else _table(name), KEYS)
     given = {key: value for key, value in options.items() if value is not None}
     try:
         return load_scenario(**found | given)
@@ -103,6 +99,19 @@ def read_scenario(path: str | PathLike[str] | None = None, **options: Any) -> Sc
         if path is None or error.field in given:  # no word of the file
             raise
         raise InvalidInput(f"{name}: {error.field}", error.value, error.allowed) from None
+
+
+def robot_named(path: str | PathLike[str]) -> str | None:
+    """The preset or file of a scene file's robot, None where it names none; nothing else in it is looked at."""
+    robot = _table(fspath(path)).get("robot")
+    return None if robot is None else str(robot)
+
+
+def _table(name: str) -> dict[str, Any]:
+    """What stands in a scene file, with names of files from where this program runs."""
+    table = parsed(name, text_of("scene", name, "TOML"), SHAPE)
+    files = {key: table[key] for key in ("robot", "phantom") if str(table.get(key, "")).endswith(".toml")}
+    return table | {key: str(Path(name).parent / file) for key, file in files.items()}
 
 
 def _values(where: str, table: Mapping[str, Any], keys: Mapping[str, Any]) -> dict[str, Any]:

@@ -16,7 +16,7 @@ from threading import Thread
 from typing import TYPE_CHECKING, Any
 
 from . import asked, told, wire
-from .commands import Rates
+from .commands import FASTEST, Rates
 from .film import span_of
 from .news import News
 from .outer_tube import RANGES
@@ -92,7 +92,7 @@ class Service:
 
     def _most(self) -> Rates:
         """The highest rates of this session."""
-        return Rates(**{name: high for name, (_, high) in Rates.allowed().items()}).limited(self.pilot.session.fastest)
+        return Rates(**FASTEST).limited(self.pilot.session.fastest)
 
     # ---- what stops
 
